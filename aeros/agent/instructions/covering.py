@@ -153,18 +153,13 @@ class _Cover:
         following = self._entry.value_phrase(words, end)
         is_of_object = following is not None and not following.is_place
         is_of_object = is_of_object or self._entry.longest(words, end)[0] is self._entry.objects
-        if value.values == {default} or self._says_which_one(value):
+        if value.values == {default} or _says_which_one(self._entry, value):
             return
         if before < at - 1 and is_of_object:
             self._stated.fault = f"{quoted(words[at])} may say which one, or where to"
         elif before >= 0 and words[before] in english.POSITIONS and not value.names_object:
             is_of_place = self._entry.longest(words, end)[0] is self._entry.extras
             self._describes_place = self._describes_place or not is_of_place
-
-    def _says_which_one(self, value: ValuePhrase) -> bool:
-        """Return True if the parameter is named after what the task acts on: `jar`, in `the left jar`."""
-        named = set(value.parameter.split("_"))
-        return any(named.issuperset(noun) for noun in self._entry.objects if noun)
 
     def _label(self, at: int) -> int:
         """Cover the name of a parameter before its value: `region left`, `quantity 2`."""
@@ -316,6 +311,12 @@ def _after(words: Words, at: int, skipped: Collection[str]) -> int:
     while at < len(words) and words[at] in skipped:
         at += 1
     return at
+
+
+def _says_which_one(entry: TaskPhrases, value: ValuePhrase) -> bool:
+    """Return True if the parameter is named after what the task acts on: `jar`, in `the left jar`."""
+    named = set(value.parameter.split("_"))
+    return any(named.issuperset(noun) for noun in entry.objects if noun)
 
 
 def _extent(entry: TaskPhrases, words: Words, at: int) -> int:

@@ -10,7 +10,7 @@ from typing import Final
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.proving import ProveConfiguration, prove_configuration
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files
-from aeros.runtime.registry.installed import InstalledModules, policy_file, refusal, require_dependencies
+from aeros.runtime.registry.installed import InstalledModules, require_dependencies
 from aeros.runtime.registry.operator_block import UNKNOWN_DIGEST, ModuleIdentity
 from aeros.runtime.registry.run_modules import (
     LoadedModules,
@@ -19,6 +19,7 @@ from aeros.runtime.registry.run_modules import (
     withdrawal_reason,
 )
 from aeros.runtime.registry.store import RegistrySnapshot
+from aeros.runtime.registry.stored_modules import policy_file, refusal
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import InternalError, UserError
 from aeros.spec.elaborate.load import load_ecm, load_site

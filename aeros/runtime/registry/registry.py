@@ -8,14 +8,14 @@ after `deactivate`, `remove` or `block` has returned, no further action of that 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from aeros.files import open_regular, temporary_folder
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files, stored_bundle, write_files
 from aeros.runtime.registry.control_page import ControlPage
-from aeros.runtime.registry.installed import InstalledModules, load_module, policy_file, refusal
+from aeros.runtime.registry.installed import InstalledModules, load_module
 from aeros.runtime.registry.lifecycle import (
     LifecycleAction,
     ModuleState,
@@ -27,6 +27,7 @@ from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.requirements import require_installed
 from aeros.runtime.registry.shown_paths import shown_as
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
+from aeros.runtime.registry.stored_modules import policy_file, refusal
 from aeros.runtime.registry.waiting_modules import reset_waiting
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.diagnostics.codes import did_you_mean
@@ -208,21 +209,10 @@ class Registry(InstalledModules):
         with self._transactions.change_lock() as old:
             if block.id in old.blocks:
                 raise refusal("AE960", f"there is a block `{block.id}` already", "choose another name")
-            self._require_known_names(block, old)
+            _require_known_names(block, self._policy_of(old), is_policy_set=old.is_policy_set)
             # Sorted, as they are read back, so that the digest is that of the configuration in force.
             blocks = dict(sorted({**old.blocks, block.id: block}.items()))
             self._change(old, replace(old, blocks=blocks), f"block {block.id}")
-
-    def _require_known_names(self, block: OperatorBlock, old: RegistrySnapshot) -> None:
-        site = self._policy_of(old)
-        cures = () if old.is_policy_set else ("for runs with --site: `aeros policy SITE` first",)
-        for words, name, known in (
-            ("action kind", block.action, site.kinds),
-            ("channel", block.channel, site.access.channels),
-            ("computing device", block.device, site.access.compute),
-        ):
-            if name is not None and name not in known:
-                raise _unknown_name_error(words, name, known, *cures)
 
     def remove_block(self, block: str) -> None:
         """Remove an operator's block.
@@ -277,7 +267,8 @@ class Registry(InstalledModules):
                 cure = f"if a run has it from a folder, `aeros block --module {name}` reaches it there"
                 raise _unknown_name_error("module", name, old.modules, cure)
             state = _next_state(old, name, verb)
-            self._require_not_needed(name, verb, old)
+            if verb in (LifecycleAction.DEACTIVATE, LifecycleAction.REMOVE):
+                _require_not_needed(name, verb, old, self._modules_that_need(name, old))
             before = UNCONFIGURED if resets else old.modules[name].configuration
             one = replace(old.modules[name], state=state, configuration=before.updated(settings))
             if resets and not settings and name in self._find_waiting(_with_module(old, one)):
@@ -287,24 +278,32 @@ class Registry(InstalledModules):
             self._change(old, new, f"{verb.value} {name} {settings}".rstrip())
             return one
 
-    def _require_not_needed(self, name: str, verb: LifecycleAction, old: RegistrySnapshot) -> None:
-        """Refuse to withdraw a module that others need.
-
-        Raises:
-            UserError: a module that stays as it is needs this one.
-        """
-        if verb not in (LifecycleAction.DEACTIVATE, LifecycleAction.REMOVE):
-            return
-        needing = self._modules_that_need(name, old)
-        if verb is LifecycleAction.DEACTIVATE:
-            needing = [other for other in needing if old.modules[other].state is ModuleState.ACTIVE]
-        if needing:
-            cures = (f"`aeros {verb.value} {other}` first" for other in needing)
-            raise refusal("AE964", f"`{needing[0]}` needs `{name}`", *cures)
-
     def _change(self, old: RegistrySnapshot, new: RegistrySnapshot, description: str) -> None:
         configuration, _ = self._prove_snapshot(new)
         self._transactions.commit(old, new, description, configuration)
+
+
+def _require_known_names(block: OperatorBlock, site: Site, *, is_policy_set: bool) -> None:
+    """Require that a block names an action kind, channel and device of the site, if any."""
+    cures = () if is_policy_set else ("for runs with --site: `aeros policy SITE` first",)
+    for words, name, known in (
+        ("action kind", block.action, site.kinds),
+        ("channel", block.channel, site.access.channels),
+        ("computing device", block.device, site.access.compute),
+    ):
+        if name is not None and name not in known:
+            raise _unknown_name_error(words, name, known, *cures)
+
+
+def _require_not_needed(
+    name: str, verb: LifecycleAction, old: RegistrySnapshot, needing: Sequence[str]
+) -> None:
+    """Refuse to withdraw a module that others need, as far as these stay as they are."""
+    if verb is LifecycleAction.DEACTIVATE:
+        needing = [other for other in needing if old.modules[other].state is ModuleState.ACTIVE]
+    if needing:
+        cures = (f"`aeros {verb.value} {other}` first" for other in needing)
+        raise refusal("AE964", f"`{needing[0]}` needs `{name}`", *cures)
 
 
 def _next_state(old: RegistrySnapshot, name: str, verb: LifecycleAction) -> ModuleState:

@@ -21,7 +21,8 @@ from itertools import product
 from typing import Final, Literal
 
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
-from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.model.composition import Composition, Part, Step, handler_cycle
 from aeros.spec.model.step_graph import If, Par, Seq, steps_of
 
 Role = Literal["step", "retry", "recovery"]
@@ -80,6 +81,18 @@ class RunTooLargeError(Exception):
     """A run comes through more than `MAX_STATES` states."""
 
 
+class HandlerCycleError(StateSpaceError):
+    """The handlers of a composition lead back to each other, so it may run for ever.
+
+    Attributes:
+        composition: the composition.
+    """
+
+    def __init__(self, composition: Composition) -> None:
+        super().__init__(f"the handlers of `{composition.id}` lead back to each other")
+        self.composition = composition
+
+
 class ComposedRun:
     """Runs of one composition.
 
@@ -88,6 +101,9 @@ class ComposedRun:
         invoke: makes the invocation of a skill by its name, with constant inputs.
         condition: makes a condition on states.
         is_over: tells whether the goal is reached, after which nothing more starts.
+
+    Raises:
+        HandlerCycleError: its handlers lead back to each other.
 
     Attributes:
         is_exact: False once a parallel branch could fail, or the goal could be reached before all branches
@@ -103,6 +119,8 @@ class ComposedRun:
         condition: Callable[[If[Step]], StateCondition],
         is_over: Callable[[State], bool],
     ) -> None:
+        if handler_cycle(composition):
+            raise HandlerCycleError(composition)
         self._composition = composition
         self._invoke = invoke
         self._condition = condition

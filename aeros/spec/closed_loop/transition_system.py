@@ -30,7 +30,6 @@ from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition,
 from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError, recoveries_of, skills_of
 from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.expr import terms as t
-from aeros.spec.model.composition import Composition, handler_cycle
 from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Task
 from aeros.spec.model.site import Site
 
@@ -92,18 +91,6 @@ class Transition:
     through: frozenset[State] = frozenset()
     case: str = ""
     undecided: Fraction = Fraction(0)
-
-
-class HandlerCycleError(StateSpaceError):
-    """The handlers of a composition lead back to each other, so it may run for ever.
-
-    Attributes:
-        composition: the composition.
-    """
-
-    def __init__(self, composition: Composition) -> None:
-        super().__init__(f"the handlers of `{composition.id}` lead back to each other")
-        self.composition = composition
 
 
 class TransitionSystem:
@@ -186,8 +173,6 @@ class TransitionSystem:
     def _way(self, alternative: Alternative, rule: PlanningRule) -> _Way:
         if alternative.composition is None:
             return _SkillWay(self._invocation(alternative.name, rule.inputs))
-        if handler_cycle(alternative.composition):
-            raise HandlerCycleError(alternative.composition)
         run = ComposedRun(
             alternative.composition,
             self._invocation,
@@ -315,20 +300,7 @@ class TransitionSystem:
                 target = self._failed(index, state)
             else:
                 target = LoopState("recover", state, node.remaining_rules, node.tries + 1)
-            share = move.probability / len(able)
-            moves.append(
-                Transition(
-                    target,
-                    share,
-                    role,
-                    move.label,
-                    way.name,
-                    move.counts,
-                    move.through,
-                    move.case,
-                    move.undecided / len(able),
-                )
-            )
+            moves.append(move.transition(target, len(able), role, way.name))
             if target.phase == "recover" and self._recoveries["reset"][index]:
                 # The agent's memory may leave out the tries that are left.
                 given_up = self._failed(index, state)
@@ -380,6 +352,13 @@ class _Ending:
     through: frozenset[State] = frozenset()
     case: str = ""
     undecided: Fraction = Fraction(0)
+
+    def transition(self, target: LoopState, choices: int, role: Role, way: str) -> Transition:
+        """Return the move to where the loop goes on; each of the agent's choices is as likely as another."""
+        shares = (self.probability / choices, self.undecided / choices)
+        return Transition(
+            target, shares[0], role, self.label, way, self.counts, self.through, self.case, shares[1]
+        )
 
 
 def _case_name(number: int, case: Sequence[object]) -> str:

@@ -21,10 +21,11 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from aeros.spec.backends.package_versions import package_version
+from aeros.spec.closed_loop.composed_run import HandlerCycleError
 from aeros.spec.closed_loop.findings import LoopFindings, LoopPath, format_path
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.reachability import UnlistedStatesError, explore_system
-from aeros.spec.closed_loop.transition_system import HandlerCycleError, TransitionSystem
+from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.consequences.start_values import find_start_contradiction
 from aeros.spec.consequences.words import unsettled_note
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel

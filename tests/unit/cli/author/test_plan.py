@@ -11,9 +11,10 @@ import pytest
 
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
-from aeros.runtime.registry.installed import InstalledModules, policy_file
+from aeros.runtime.registry.installed import InstalledModules
 from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.store import RegistrySnapshot
+from aeros.runtime.registry.stored_modules import policy_file
 from aeros.spec.text.discovery import reference_site_path
 
 ROOT = Path(__file__).parents[4]

@@ -25,16 +25,3 @@ def test_kept_files_that_were_edited_are_noticed(registry: Registry, write: Auth
     kept.write_text(kept.read_text() + "\n")
     with pytest.raises(UserError, match="AE965"):
         registry.configuration()
-
-
-def test_a_database_that_is_none_is_refused(registry: Registry) -> None:
-    (registry.folder / "registry.sqlite3").write_bytes(
-        b"not a database at all, but long enough to be one" * 40
-    )
-    with pytest.raises(UserError, match="AE965"):
-        registry.snapshot()
-
-
-def test_capabilities_say_who_can_do_what(registry: Registry, write: Author) -> None:
-    registry.install(write())
-    assert registry.capabilities(registry.snapshot()) == {"tidy": ("tidying",)}
