@@ -105,7 +105,7 @@ class ObstacleMap:
         picture: CameraPicture,
         sees: frozenset[str],
         policy: ObstaclePolicy,
-        known: KnownThings,
+        everywhere: KnownThings,
     ) -> None:
         # NumPy, which the runtime does without where nothing is perceived.
         from aeros.perception.obstacles import (
@@ -123,6 +123,10 @@ class ObstacleMap:
         for volume in policy.volumes:
             if volume.name not in sees:
                 continue
+            if volume.explained_within is not None:
+                known = everywhere._replace(within=float(volume.explained_within))
+            else:
+                known = everywhere
             most = inf if volume.greatest_height is None else float(volume.greatest_height)
             space = WatchedSpace(_as_box(volume.box), float(volume.surface), float(volume.least_height), most)
             found = [

@@ -278,6 +278,13 @@ class WatchedVolume:
             "no bound if absent"
         },
     )
+    explained_within: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "distance as of all volumes, where cameras are farther off, as in `120 mm`; that of all "
+            "if absent"
+        },
+    )
 
 
 @dataclass(frozen=True)

@@ -41,16 +41,18 @@ def elaborate_obstacles(
         least = _positive(watched.least_height, "least_height", diagnostics)
         most = _greatest_height(watched.greatest_height, least, diagnostics)
         if box is not None and surface is not None and least is not None:
-            volumes.append(WatchedVolume(name.value, box, surface, least, most))
+            near = watched.explained_within
+            within = None if near is None else _positive(near, "explained_within", diagnostics)
+            volumes.append(WatchedVolume(name.value, box, surface, least, most, within))
     margin = _positive(declaration.margin, "margin", diagnostics)
-    near = _positive(declaration.explained_within, "explained_within", diagnostics)
+    explained = _positive(declaration.explained_within, "explained_within", diagnostics)
     largest = _corner(declaration.largest_explained, "largest_explained", declaration.span, diagnostics)
     base = None
     if declaration.base is not None:
         base = resolve_name(declaration.base, vocabulary.volumes, "a volume", diagnostics)
-    if margin is None or near is None or largest is None:
+    if margin is None or explained is None or largest is None:
         return None
-    return ObstaclePolicy(tuple(volumes), margin, near, largest, base)
+    return ObstaclePolicy(tuple(volumes), margin, explained, largest, base)
 
 
 def elaborate_occupied_space(

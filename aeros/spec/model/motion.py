@@ -167,6 +167,8 @@ class WatchedVolume:
         least_height: height over the surface below which things are no obstacles, m.
         greatest_height: height over the surface above which things are no obstacles, m; None if there is no
             bound.
+        explained_within: distance within which points belong to the robot or a measured object there, m; None
+            if it is that of all volumes.
     """
 
     name: str
@@ -174,6 +176,7 @@ class WatchedVolume:
     surface: Fraction
     least_height: Fraction
     greatest_height: Fraction | None = None
+    explained_within: Fraction | None = None
 
 
 @dataclass(frozen=True)
