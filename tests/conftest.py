@@ -88,7 +88,7 @@ MARKED: Final = {
         "unit/runtime/registry/test_archive.py",
         "unit/runtime/registry/test_past_configurations.py",
         "unit/runtime/registry/together/test_revocation.py",
-        "unit/runtime/registry/test_transaction_kill.py",
+        "unit/runtime/registry/together/test_transaction_kill.py",
         "unit/runtime/test_arm_and_base.py",
         "unit/runtime/audit/test_log_kills.py",
         "unit/runtime/test_decided_together.py",

@@ -24,7 +24,7 @@ class PlantProviderError(Exception):
 
 @dataclass(frozen=True)
 class PlantRequest:
-    """What a run needs of a plant.
+    """Request of a run for a plant.
 
     Attributes:
         site: the site, whose vocabulary the plant measures and whose actions it executes.
@@ -41,7 +41,7 @@ class PlantRequest:
 
 @dataclass(frozen=True)
 class PlantProvider:
-    """What an entry point of the group `aeros.plants` names.
+    """Provider of a plant, as an entry point of the group `aeros.plants` names it.
 
     Attributes:
         open_plant: makes a plant for a run, at rest; AEROS closes it.

@@ -135,6 +135,13 @@ def rank_of(made: int, node: LoopState) -> tuple[int, ...]:
 
     The order is by re-plans, then by steps done, then by tries; the recovery comes before the next try.  What
     follows the last try has no steps left to count and comes last.
+
+    Args:
+        made: plans made after the first.
+        node: state of the loop.
+
+    Returns:
+        The rank, compared as tuples are.
     """
     if node.phase == "plan":
         return (made, 0)

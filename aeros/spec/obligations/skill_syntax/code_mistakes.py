@@ -187,12 +187,12 @@ def missing_keys(
                 continue
         match mapping:
             case ast.Name(id=asked):
-                is_meant = asked == name and attribute is None
+                is_asked = asked == name and attribute is None
             case ast.Attribute(value=ast.Name(id=asked), attr=part):
-                is_meant = asked == name and part == attribute
+                is_asked = asked == name and part == attribute
             case _:
-                is_meant = False
-        if is_meant and key not in known:
+                is_asked = False
+        if is_asked and key not in known:
             near = did_you_mean(key, known)
             listed = ", ".join(f"`{one}`" for one in list(known)[:_MAX_LISTED]) or "none"
             help_ = f"did you mean `{near}`?" if near else f"there are {listed}"

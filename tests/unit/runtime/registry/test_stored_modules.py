@@ -1,4 +1,4 @@
-"""What a registry stores is read without a proof: capabilities, settings, and identities for blocks."""
+"""Content of a registry is read without a proof: capabilities, settings, and identities for blocks."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def described(name: str, observed: Any, inputs: Any) -> str:
     return describe_raised(raised.value, function, ("clutter_position", "holding"))
 
 
-def test_memory_that_ran_out_is_told_in_words() -> None:
+def test_memory_that_ran_out_is_named_in_words() -> None:
     class Full(dict[str, int]):
         def __missing__(self, _: str) -> int:
             raise MemoryError

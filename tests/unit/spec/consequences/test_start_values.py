@@ -39,7 +39,7 @@ def test_a_stated_predicate_must_agree_with_the_stated_readings() -> None:
     assert contradiction(base=None, m_far=False) is None
 
 
-def test_what_the_stated_values_decide_is_added() -> None:
+def test_predicates_that_the_stated_values_decide_are_added() -> None:
     added = with_defined_predicates({"base": 6.0}, DEFINITIONS)
     assert added == {"base": 6.0, "m.far": True}
     assert with_defined_predicates({"base": 6.0, "m.far": False}, DEFINITIONS) == {
