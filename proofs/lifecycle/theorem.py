@@ -114,8 +114,8 @@ THEOREM = Theorem(
             "deactivates-without-withdrawing",
             "history-step",
             REGISTRY,
-            "if verb in (LifecycleAction.DEACTIVATE, LifecycleAction.REMOVE):",
-            "if verb is LifecycleAction.REMOVE:",
+            "if verb in (LifecycleAction.DEACTIVATE, LifecycleAction.REMOVE):\n        return before",
+            "if verb is LifecycleAction.REMOVE:\n        return before",
         ),
         Mutant(
             "leaves-configured-what-waits-under-a-policy",

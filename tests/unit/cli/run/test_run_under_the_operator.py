@@ -103,7 +103,7 @@ class Operator:
         ("symbolic", "registry"),
         ("symbolic", "default folder"),
         ("kinematic", "--ecms"),
-        # The ways to start a run are tested without a plant in tests/unit/session/whole/test_operator_reach.py.
+        # The ways to start a run are tested without a plant in session/whole/test_operator_reach.py.
         *(pytest.param("symbolic", start, marks=pytest.mark.deep) for start in ("--ecms", "--site")),
         *(
             pytest.param("kinematic", start, marks=pytest.mark.deep)
