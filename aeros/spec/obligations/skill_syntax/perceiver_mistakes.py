@@ -1,11 +1,12 @@
 """Mistakes of perceiver code that show without a run: readings, pictures and models that it never gets.
 
-As in `code_mistakes`, only a key that is written out is reported.
+As in `code_mistakes`, only a key that is written out is reported.  A function that several perceivers run may
+read what any of them gets.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.model.perception import MEMORY, Perceiver
@@ -13,30 +14,38 @@ from aeros.spec.obligations.skill_syntax.code_mistakes import missing_keys, para
 from aeros.spec.obligations.skill_syntax.neighbours import ModuleFiles
 
 
-def first_perceiver_mistake(perceiver: Perceiver, files: ModuleFiles) -> Diagnostic | None:
+def first_perceiver_mistake(
+    perceiver: Perceiver, perceivers: Iterable[Perceiver], files: ModuleFiles
+) -> Diagnostic | None:
     """Find the first mistake in the function of a perceiver.
 
     Args:
         perceiver: the perceiver.
+        perceivers: all perceivers of the module.
         files: the module's files, that of the perceiver among them.
 
     Returns:
         The mistake; None if there is none.
     """
-    return next(_mistakes(perceiver, files), None)
+    of_function = (perceiver.module_name, perceiver.function)
+    sharing = [one for one in perceivers if (one.module_name, one.function) == of_function]
+    return next(_mistakes(perceiver, sharing, files), None)
 
 
-def _mistakes(perceiver: Perceiver, files: ModuleFiles) -> Iterator[Diagnostic]:
+def _mistakes(perceiver: Perceiver, sharing: Sequence[Perceiver], files: ModuleFiles) -> Iterator[Diagnostic]:
     file = files[f"{perceiver.module_name}.py"]
     entry = file.functions.get(perceiver.function)
     if entry is None:
         return
-    readings = [*perceiver.read_as, *perceiver.constants, *([MEMORY] if perceiver.recalls else [])]
+    readings = [name for one in sharing for name in (*one.read_as, *one.constants)]
+    readings += [MEMORY for one in sharing if one.recalls]
+    pictures = [picture.name for one in sharing for picture in one.pictures]
+    sampled = [name for one in sharing if one.rate is not None for name in one.read_as]
     known = {
         "readings": (readings, f"among the `readings` of `{perceiver.id}`"),
-        "pictures": ([one.name for one in perceiver.pictures], f"among the `pictures` of `{perceiver.id}`"),
+        "pictures": (pictures, f"among the `pictures` of `{perceiver.id}`"),
         "samples": (
-            [] if perceiver.rate is None else list(perceiver.read_as),
+            sampled,
             f"a reading that `{perceiver.id}` gets between two calls, as it does with a `rate`",
         ),
     }
@@ -44,4 +53,5 @@ def _mistakes(perceiver: Perceiver, files: ModuleFiles) -> Iterator[Diagnostic]:
         for attribute, (keys, noun) in known.items():
             yield from missing_keys(file, entry, view, keys, noun, attribute)
     for models in parameters_of_type(entry, "Models"):
-        yield from missing_keys(file, entry, models, perceiver.models, f"a model of `{perceiver.id}`")
+        named = [name for one in sharing for name in one.models]
+        yield from missing_keys(file, entry, models, named, f"a model of `{perceiver.id}`")

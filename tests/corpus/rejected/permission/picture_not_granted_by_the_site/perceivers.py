@@ -3,5 +3,5 @@ from aeros.perception import Perception, View
 
 def see(view: View) -> Perception:
     while True:
-        grey = view.pictures["overhead"].rgb.mean(axis=2)
+        grey = view.pictures["underneath"].rgb.mean(axis=2)
         view = yield {"clean": bool(grey.max() > 200)}
