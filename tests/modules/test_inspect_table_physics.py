@@ -14,7 +14,7 @@ pytestmark = pytest.mark.physics
 
 DIRTY = ", ".join(
     f"clean_table.{one}"
-    for one in ("table_verified = false", "wiped_fraction = 0.0", "clutter_on_table = true")
+    for one in ("table_verified = false", "wiped_fraction = 0", "clutter_on_table = true")
 )
 CLEAN = "clean_table.table_verified = true"
 

@@ -139,6 +139,7 @@ def _configurations_are_judged(
     site = build(
         Site,
         grants=dict.fromkeys(grants, Access()),
+        span=SPAN,
         blocks=tuple(
             OperatorOverride(f"b{number}", "", module, skill, None)
             for number, (module, skill) in enumerate(blocks)
@@ -198,7 +199,7 @@ _ACCESS = st.builds(Access, st.frozensets(st.sampled_from(["arm", "hand"])))
 def test_no_module_reaches_more_because_another_is_added(
     names: list[str], grants: dict[str, Access], everyone: Access
 ) -> None:
-    site = build(Site, access=everyone, grants=grants, limits=None)
+    site = build(Site, access=everyone, grants=grants, span=SPAN, limits=None)
     alone = {name: everyone.merge(grants.get(name, Access())) for name in names}
     for count in range(1, len(names) + 1):
         ecms = [summarize_module(build(Ecm, id=name)) for name in names[:count]]

@@ -19,7 +19,7 @@ from aeros.spec.diagnostics.characters import is_hidden
 REPOSITORY = Path(__file__).parents[3]
 ESCAPES = r"\x1b[2J\x1b]0;title\x07\nforged: goal reached\rclean_table: goal reached\x9b1m\u202e\u2066\u200b"
 ASKING = f'''
-    yield act("look", camera="{ESCAPES}")
+    yield act("look", camera="" + "{ESCAPES}")
 '''
 HOSTILE = ESCAPES.encode().decode("unicode_escape")
 RAISING = f'''

@@ -114,7 +114,10 @@ def test_a_video_that_cannot_be_written_at_the_end_is_reported(monkeypatch: pyte
 def test_faults_may_name_what_the_scene_and_the_modules_have() -> None:
     found = surroundings_of(proved()[0], shipped_scene("table"))
     assert set(found.skills) == {"tidy.pick_cloth", "tidy.wipe", "tidy.rest"}
-    assert (found.things, found.cameras) == (("sponge", "cube", "can"), ("table_side", "table_top"))
+    assert (found.things, found.cameras) == (
+        ("sponge", "cube", "can"),
+        ("aisle_top", "table_side", "table_top"),
+    )
     assert found.quantities == proved()[0].site.state
 
 

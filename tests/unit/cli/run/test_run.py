@@ -20,9 +20,10 @@ REPOSITORY = Path(__file__).parents[4]
 
 
 def _run(folder: Path, *arguments: str, instruction: str = "make dumplings") -> int:
+    modules = () if "--ecms" in arguments else ("--ecms", str(REPOSITORY / "ecms"))
     return main(
-        ["run", instruction, "--ecms", str(REPOSITORY / "ecms"), "--state", str(folder / "state"),
-         "--out", str(folder / "out"), *arguments]
+        ["run", instruction, *modules, "--state", str(folder / "state"), "--out", str(folder / "out"),
+         *arguments]
     )  # fmt: skip
 
 

@@ -116,7 +116,7 @@ def test_the_value_that_a_skill_returns_decides_its_ending(value: object, expect
     [
         (ValueError("no"), r"test_in_process_run\.py:\d+: ValueError: no"),
         (SystemExit(3), r"test_in_process_run\.py:\d+: SystemExit: 3"),
-        (GeneratorExit(), r"test_in_process_run\.py:\d+: GeneratorExit: "),
+        (GeneratorExit(), r"test_in_process_run\.py:\d+: GeneratorExit$"),
         (NoActionError("it is mine"), "it is mine"),
     ],
 )

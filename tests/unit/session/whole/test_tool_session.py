@@ -38,7 +38,7 @@ def site(folder: Path, answer: str = ANSWER, **more: str) -> Path:
     edits = {
         "\nactions:\n": "\n" + TOOL.replace("PROGRAM", program).replace("READS", READS),
         "  body_regions: [": "  fillings: [pork, cabbage]\n  body_regions: [",
-        "hand_camera, table_top_camera]": "hand_camera, table_top_camera, ask_cookbook]",
+        "hand_camera, table_top_camera, aisle_top_camera]": "hand_camera, table_top_camera, ask_cookbook]",
         **more,
     }
     for old, new in edits.items():

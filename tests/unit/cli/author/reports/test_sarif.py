@@ -120,11 +120,11 @@ def test_runs_under_one_site_are_one_category_of_code_scanning() -> None:
 
 def test_a_site_that_cannot_be_read_and_a_hostile_name_make_a_category() -> None:
     unreadable = result_with(name="module")
-    site = replace(unreadable.report.site, name="site.yaml")
+    site = replace(unreadable.report.site, name="site.yaml", is_readable=False)
     assert run_of(replace(unreadable, report=replace(unreadable.report, site=site)))["automationDetails"] == {
         "id": "aeros/verify/unreadable-site/"
     }
-    site = replace(site, name="a/b c")
+    site = replace(site, name="a/b c", is_readable=True)
     assert run_of(replace(unreadable, report=replace(unreadable.report, site=site)))["automationDetails"] == {
         "id": "aeros/verify/a%2Fb%20c/"
     }
