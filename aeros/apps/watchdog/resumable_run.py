@@ -77,6 +77,9 @@ def load_run_options(arguments: argparse.Namespace) -> argparse.Namespace:
     if not isinstance(anchors := restored.get("anchor"), list):
         restored["anchor"] = [] if anchors is None else [anchors]
     restored.setdefault("unsigned", False)
+    # A release before `--ecms` could be repeated saved one folder or none.
+    if isinstance(modules := restored.get("ecms"), Path):
+        restored["ecms"] = [modules]
     own = {name: one for name, one in vars(arguments).items() if name in _NOT_SAVED_OPTIONS}
     return argparse.Namespace(**{**vars(arguments), **restored, **own})
 

@@ -60,6 +60,13 @@ def test_the_instruction_comes_back_wherever_it_is_resumed(
     }
 
 
+@pytest.mark.parametrize("one", [True, False])
+def test_one_folder_of_an_older_release_is_a_list_now(tmp_path: Path, one: bool) -> None:
+    folder = tmp_path / "ecms"
+    save_run_options(asked(tmp_path, ecms=folder if one else [folder, folder]))
+    assert load_run_options(asked(tmp_path)).ecms == ([folder] if one else [folder, folder])
+
+
 def test_a_deleted_task_cannot_be_resumed(tmp_path: Path) -> None:
     save_run_options(asked(tmp_path))
     delete_run_options(tmp_path)
