@@ -187,6 +187,8 @@ class ModuleNeeds:
             help_ = "declare it at the site" + (
                 f", with `offers: [{need.offers.value}]`" if need.offers else ""
             )
+            if need.is_.value == "tool":
+                help_ += ", or as the operator in an overlay on it (docs/tools.md)"
         self._diagnostics.error("AE136", headline, name.span, "needed here", help=(help_,))
 
     def _value(
