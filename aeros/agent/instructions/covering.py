@@ -155,6 +155,8 @@ class _Cover:
         is_of_object = is_of_object or self._entry.longest(words, end)[0] is self._entry.objects
         if value.values == {default} or _says_which_one(self._entry, value):
             return
+        if _PLACE_WORDS.isdisjoint(value.words):
+            return  # no place: `the yellow cell`
         if before < at - 1 and is_of_object:
             self._stated.fault = f"{quoted(words[at])} may say which one, or where to"
         elif before >= 0 and words[before] in english.POSITIONS and not value.names_object:
@@ -311,6 +313,29 @@ def _after(words: Words, at: int, skipped: Collection[str]) -> int:
     while at < len(words) and words[at] in skipped:
         at += 1
     return at
+
+
+_PLACE_WORDS: Final = frozenset(
+    {
+        *("left", "right", "middle", "centre", "center", "front", "back", "rear", "near", "far", "upper"),
+        *(
+            "lower",
+            "top",
+            "bottom",
+            "inner",
+            "outer",
+            "side",
+            "corner",
+            "end",
+            "edge",
+            "half",
+            "spot",
+            "place",
+        ),
+        *("first", "second", "third", "last", "other", "north", "south", "east", "west", "here", "there"),
+    }
+)
+"""Words that say where something is, or where it is to go."""
 
 
 def _says_which_one(entry: TaskPhrases, value: ValuePhrase) -> bool:

@@ -7,10 +7,10 @@ import json
 import re
 from collections.abc import Iterable
 from dataclasses import asdict, replace
-from decimal import Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal, localcontext
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from aeros.agent.agent import MEMORY_FILE
 from aeros.agent.errors import AgentError
@@ -41,6 +41,9 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 SCHEMA = "aeros/prediction/1"
+
+_LONGEST_FRACTION: Final = 60
+"""Longest fraction that is printed beside its decimal; `--format json` has all, characters."""
 
 _LABELS = {
     "success_at_least": "success, at least",
@@ -237,8 +240,8 @@ def _found_json(system: TransitionSystem, start: State, replans: int) -> dict[st
         bounds = bound_success(system, start, replans)
         return {
             "reason": str(why),
-            "success_at_least": _number(bounds.at_least),
-            "success_at_most": _number(bounds.at_most),
+            "success_at_least": _number(bounds.at_least, ROUND_FLOOR),
+            "success_at_most": _number(bounds.at_most, ROUND_CEILING),
         }
     return {
         "failure": _number(1 - prediction.success),
@@ -246,10 +249,16 @@ def _found_json(system: TransitionSystem, start: State, replans: int) -> dict[st
     }
 
 
-def _number(value: Fraction) -> dict[str, Any]:
+def _number(value: Fraction, rounding: str | None = None) -> dict[str, Any]:
+    """Encode a number; its decimal is the nearest double, or one of 12 digits that is rounded to one side."""
     # Via Decimal: Python does not print integers of more than 4,300 digits.
     parts = [str(Decimal(part)) for part in value.as_integer_ratio()]
-    return {"exact": parts[0] if parts[1] == "1" else "/".join(parts), "decimal": float(value)}
+    decimal = float(value)
+    if rounding is not None:
+        with localcontext(prec=60, rounding=rounding):
+            whole = Decimal(value.numerator) / Decimal(value.denominator)
+        decimal = float(whole.quantize(Decimal("1e-12"), rounding=rounding))
+    return {"exact": parts[0] if parts[1] == "1" else "/".join(parts), "decimal": decimal}
 
 
 def _as_text(one: dict[str, Any]) -> str:
@@ -264,4 +273,5 @@ def _as_text(one: dict[str, Any]) -> str:
 
 
 def _format_number(number: dict[str, Any]) -> str:
-    return f"{number['decimal']:<18.15g}  = {number['exact']}"
+    shown = f"{number['decimal']:<18.15g}"
+    return f"{shown}  = {number['exact']}" if len(number["exact"]) <= _LONGEST_FRACTION else shown.rstrip()

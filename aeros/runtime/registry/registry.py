@@ -286,10 +286,13 @@ class Registry(InstalledModules):
 def _require_known_names(block: OperatorBlock, site: Site, *, is_policy_set: bool) -> None:
     """Require that a block names an action kind, channel and device of the site, if any."""
     cures = () if is_policy_set else ("for runs with --site: `aeros policy SITE` first",)
+    granted = (site.access, *site.grants.values())
+    used = (kind.channels for kind in site.kinds.values())
+    channels = frozenset[str]().union(*(one.channels for one in granted), *used)
     for words, name, known in (
         ("action kind", block.action, site.kinds),
-        ("channel", block.channel, site.access.channels),
-        ("computing device", block.device, site.access.compute),
+        ("channel", block.channel, channels),
+        ("computing device", block.device, site.devices),
     ):
         if name is not None and name not in known:
             raise _unknown_name_error(words, name, known, *cures)

@@ -19,6 +19,12 @@ def test_a_parameter_with_the_name_of_the_object_says_which_one(name: str, text:
     )
     (found,) = understand(text, {"opener": module("opener", (), opening)}).errands
     assert found.routed.arguments == {name: "right"}
+    colour = replace(one, name="colour", phrases={"left": ("red",), "right": ("yellow",)})
+    (found,) = understand(
+        "open the yellow can",
+        {"opener": module("opener", (), replace(opening, parameters={"colour": colour}))},
+    ).errands
+    assert found.routed.arguments == {"colour": "right"}
     other = replace(opening, parameters={"side": replace(one, name="side")})
     with pytest.raises(InstructionError, match="which one, or where to"):
         understand("open the right can", {"opener": module("opener", (), other)})

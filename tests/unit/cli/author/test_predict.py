@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from decimal import ROUND_CEILING, ROUND_FLOOR
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 from aeros.agent.identity import Identity
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, open_memory
 from aeros.cli.author.module_argument import read_module
+from aeros.cli.author.predict import _number
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 
@@ -152,3 +154,13 @@ def test_remembered_outcomes_take_the_place_of_declared_ones(
 def test_a_folder_without_memory_is_a_usage_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["predict", CLEAN, "--from-memory", str(tmp_path)]) == Exit.USAGE
     assert "nothing is remembered here" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("value", "low", "high"), [("1/3", 0.333333333333, 0.333333333334), ("1", 1.0, 1.0)])
+def test_bounds_are_rounded_away_from_the_value(value: str, low: float, high: float) -> None:
+    number = Fraction(value)
+    assert _number(number, ROUND_FLOOR)["decimal"] == low
+    assert _number(number, ROUND_CEILING)["decimal"] == high
+    nearly = 1 - Fraction(1, 10**70)
+    assert _number(nearly, ROUND_FLOOR)["decimal"] < 1
+    assert _number(1 - nearly, ROUND_CEILING)["decimal"] > 0

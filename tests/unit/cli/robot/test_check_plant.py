@@ -9,8 +9,9 @@ import pytest
 
 from aeros.cli.main import main
 from aeros.sim.conformance.suite import CHECKS
+from tests.unit.cli.robot import checked_plants
 
-PLANTS = "tests.unit.cli.robot.checked_plants"
+PLANTS = checked_plants.__name__
 
 
 def checked(capsys: pytest.CaptureFixture[str], name: str, *options: str) -> tuple[int, str]:

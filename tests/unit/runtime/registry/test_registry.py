@@ -142,7 +142,8 @@ def test_channels_and_devices_are_switched_off_and_on_while_a_run_goes_on(
         "  grip:\n",
     )
     access = "    sensors: [scanner, panel, gripper, camera]\n"
-    text = text.replace(access, f"{access}    channels: [internet]\n    compute: [chip]\n")
+    granted = "  grants: {tidy: {channels: [internet]}}\n"  # for one module alone
+    text = text.replace(access, f"{access}    compute: [chip]\n{granted}")
     site.write_text(f"{text}compute: {{chip: /dev/null}}\n")
     manifest = folder / "ecm.yaml"
     asked = "  sensors: [scanner, gripper, camera]\n"

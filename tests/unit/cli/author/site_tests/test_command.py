@@ -1,4 +1,4 @@
-"""`aeros test`, from the file to exit code and report."""
+"""`aeros test`, from the file to exit code and report; the example is of a module in `ecms`."""
 
 from __future__ import annotations
 
