@@ -155,8 +155,6 @@ class _Cover:
         is_of_object = is_of_object or self._entry.longest(words, end)[0] is self._entry.objects
         if value.values == {default} or _says_which_one(self._entry, value):
             return
-        if _PLACE_WORDS.isdisjoint(value.words):
-            return  # no place: `the yellow cell`
         if before < at - 1 and is_of_object:
             self._stated.fault = f"{quoted(words[at])} may say which one, or where to"
         elif before >= 0 and words[before] in english.POSITIONS and not value.names_object:
@@ -339,7 +337,9 @@ _PLACE_WORDS: Final = frozenset(
 
 
 def _says_which_one(entry: TaskPhrases, value: ValuePhrase) -> bool:
-    """Return True if the parameter is named after what the task acts on: `jar`, in `the left jar`."""
+    """Return True at no place, as `the yellow jar`, and if the parameter has the object's name, `jar`."""
+    if _PLACE_WORDS.isdisjoint(value.words):
+        return True
     named = set(value.parameter.split("_"))
     return any(named.issuperset(noun) for noun in entry.objects if noun)
 
