@@ -1,4 +1,4 @@
-"""`aeros check-plant` says of each promise if the plant keeps it, and what was found."""
+"""`aeros check-plant` says of each promise if the plant keeps it, and what it found; scenes are of `ecms`."""
 
 from __future__ import annotations
 
