@@ -137,7 +137,7 @@ _TABLE: Final = (
         "AE147",
         "unknown-key",
         "form",
-        "code reads an observation, input, picture or model that it lacks",
+        "code uses a name that its observation, inputs, pictures, models or results lack",
     ),
     DiagnosticCode("AE148", "always-denied", "form", "skill code asks for an action outside of its envelope"),
     DiagnosticCode(

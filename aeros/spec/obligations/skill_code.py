@@ -89,7 +89,7 @@ def skill_code_obligations(
             yield StaticClaim(ClaimForm.CODE_FINDS_NEIGHBOURS(path), missing_neighbour_error(file, files))
         for perceiver in ecm.perceivers.values():
             if path == f"{perceiver.module_name}.py":
-                mistake = first_perceiver_mistake(perceiver, ecm.perceivers.values(), readable)
+                mistake = first_perceiver_mistake(perceiver, ecm, readable)
                 yield StaticClaim(ClaimForm.PERCEIVER_READS_GIVEN(perceiver.id), mistake)
         if path not in acting:
             continue

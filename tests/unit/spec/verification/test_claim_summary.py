@@ -29,6 +29,11 @@ A, B, C = claim("a"), claim("b", "slow", "pace <= 1"), claim("c", "slow", "pace 
 D, E = claim("d", "slow", "true"), claim("e", "near", "true")
 
 
+def test_a_mistake_in_a_function_of_two_skills_is_one_diagnostic() -> None:
+    again = claim("f", problem=Diagnostic("AE404", "it"))
+    assert diagnostics_of([A, C, again]) == (WRONG,)
+
+
 def test_a_settled_claim_keeps_its_verdict_and_its_report() -> None:
     claim_id = ClaimForm.ACCESS_GRANTED("sensors")
     assert summarize_static_claim(StaticClaim(claim_id, None)) == ClaimSummary(claim_id, Verdict.PROVED)
