@@ -10,13 +10,14 @@ registry keeps the files with the module.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.ecm import Ecm, Task
 from aeros.spec.model.scene import Scene
+from aeros.spec.model.variables import members_of
 from aeros.spec.scenes.cells import load_cell
 from aeros.spec.scenes.load import add_scene, known_scenes, load_scene, require_robot
 
@@ -141,10 +142,8 @@ def _site_cameras(configuration: Configuration) -> dict[str, Mapping[str, str]]:
     return {module: ecm.names.cameras for module, ecm in configuration.modules.items()}
 
 
-def _state_variables(configuration: Configuration) -> dict[str, Collection[str]]:
-    """Return for each module the short names of its own state variables, and the site's by the empty name."""
-    own = {
-        module: [name.rpartition(".")[2] for name in ecm.state]
-        for module, ecm in configuration.modules.items()
-    }
-    return {**own, "": [name for name in configuration.site.state if "." not in name]}
+def _state_variables(configuration: Configuration) -> dict[str, dict[str, tuple[str, ...]]]:
+    """Return the members of each variable's enum, by module and short name; the site's by the empty name."""
+    own = {module: members_of(ecm.state) for module, ecm in configuration.modules.items()}
+    of_site = {name: one for name, one in configuration.site.state.items() if "." not in name}
+    return {**own, "": members_of(of_site)}

@@ -5,7 +5,7 @@ No proof speaks of a scene, so a fault in one leaves the certificate as it is.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -38,7 +38,7 @@ def add_scene_warnings(report: Report) -> Report:
 
 
 def _warnings(
-    module: SubjectReport, folders: Sequence[Path], variables: Mapping[str, Collection[str]]
+    module: SubjectReport, folders: Sequence[Path], variables: Mapping[str, Mapping[str, Sequence[str]]]
 ) -> Iterator[Diagnostic]:
     """Yield the faults of a module's scenes as warnings, each once."""
     if module.is_readable:
@@ -47,7 +47,7 @@ def _warnings(
 
 
 def _faults(
-    module: SubjectReport, folders: Sequence[Path], variables: Mapping[str, Collection[str]]
+    module: SubjectReport, folders: Sequence[Path], variables: Mapping[str, Mapping[str, Sequence[str]]]
 ) -> Iterator[Diagnostic]:
     # A run may have the modules beside this one, too.
     neighbours = [path.parent for path in sorted(module.path.resolve().parent.glob(f"*/{MANIFEST}"))]

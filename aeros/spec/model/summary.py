@@ -67,7 +67,7 @@ class ModuleSummary:
         runtime: `required_aeros_version` of its model.
         runtime_span: as in its model.
         model_digests: as in its model.
-        variables: names of its own state variables, without its own name.
+        variables: its own state variables without its own name, each with the members of its enum.
         capability_versions: as in its model.
         required_capabilities: as in its model.
         capability_spans: as in its model.
@@ -92,7 +92,7 @@ class ModuleSummary:
     runtime: str
     runtime_span: SourceSpan
     model_digests: Mapping[str, str]
-    variables: tuple[str, ...] = ()
+    variables: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     capability_versions: Mapping[str, str] = field(default_factory=dict)
     required_capabilities: Mapping[str, str] = field(default_factory=dict)
     capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
@@ -136,7 +136,7 @@ class SiteSummary:
         blocks: operator overrides that name a module.
         shared: variables of modules that the site shares, by full name, and where.
         settings: modules that have settings, and where in the site file; None if the operator alone has any.
-        variables: names of its own state variables.
+        variables: its own state variables, each with the members of its enum.
     """
 
     id: str
@@ -145,7 +145,7 @@ class SiteSummary:
     blocks: tuple[BlockSummary, ...]
     shared: Mapping[str, SourceSpan] = field(default_factory=dict)
     settings: Mapping[str, SourceSpan | None] = field(default_factory=dict)
-    variables: tuple[str, ...] = ()
+    variables: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def summarize_site(site: Site) -> SiteSummary:
@@ -157,6 +157,8 @@ def summarize_site(site: Site) -> SiteSummary:
     Returns:
         The summary.
     """
+    from aeros.spec.model.variables import members_of  # not in a run that finds its proofs in the cache
+
     return SiteSummary(
         site.id,
         site.digest,
@@ -168,7 +170,7 @@ def summarize_site(site: Site) -> SiteSummary:
         ),
         {name: one.span for name, one in site.perception.shared.items()},
         {name: site.policy_spans.get(f"modules/{name}") for name in site.configurations},
-        tuple(name for name in site.state if "." not in name),
+        members_of({name: one for name, one in site.state.items() if "." not in name}),
     )
 
 
@@ -181,6 +183,8 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
     Returns:
         The summary.
     """
+    from aeros.spec.model.variables import members_of
+
     effect_values: dict[str, frozenset[str]] = {}
     for skill in ecm.skills.values():
         for outcome in skill.success_outcomes:
@@ -206,7 +210,7 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         ecm.required_aeros_version,
         ecm.runtime_span,
         dict(ecm.model_digests),
-        tuple(name.partition(".")[2] for name in ecm.state),
+        members_of(ecm.state),
         dict(ecm.capability_versions),
         dict(ecm.required_capabilities),
         dict(ecm.capability_spans),
@@ -311,7 +315,7 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "effect_values": {name: frozenset(values) for name, values in data["effect_values"].items()},
             "requires_spans": {name: span(at) for name, at in data["requires_spans"].items()},
             "runtime_span": span(data["runtime_span"]),
-            "variables": tuple(data["variables"]),
+            "variables": _members(data["variables"]),
             "capability_spans": {name: span(at) for name, at in data["capability_spans"].items()},
             "scenes": {name: span(at) for name, at in data["scenes"].items()},
             "composed_scenes": tuple(
@@ -348,5 +352,9 @@ def site_summary_from_json(data: Any, file: Source) -> SiteSummary:
         ),
         {name: layer_span(file, *at) for name, at in data["shared"].items()},
         {name: None if at is None else layer_span(file, *at) for name, at in data["settings"].items()},
-        tuple(data["variables"]),
+        _members(data["variables"]),
     )
+
+
+def _members(data: Any) -> dict[str, tuple[str, ...]]:
+    return {name: tuple(members) for name, members in data.items()}

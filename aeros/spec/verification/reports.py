@@ -56,7 +56,8 @@ class SubjectReport:
         findings: results of the other claims, in full; empty where only the report was asked for.
         lock: the expected `ecm.lock` of a module that is PROVED.
         ecm: the model of a module; None where only the report was asked for.
-        variables: names of its own state variables, a module's without its own name.
+        variables: its own state variables, a module's without its own name, each with the members of its
+            enum.
         scenes: scenes that a module's tasks name, and where.
         composed_scenes: of a module's tasks that name no scene and compose others, the scenes of these.
         cameras: for a module and each that it requires, the site's names of cameras by the module's.
@@ -72,7 +73,7 @@ class SubjectReport:
     findings: tuple[ObligationResult, ...] = ()
     lock: LockFile | None = None
     ecm: Ecm | None = None
-    variables: tuple[str, ...] = ()
+    variables: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     scenes: Mapping[str, SourceSpan] = field(default_factory=dict)
     composed_scenes: tuple[ComposedScenes, ...] = ()
     cameras: Mapping[str, Mapping[str, str]] = field(default_factory=dict)

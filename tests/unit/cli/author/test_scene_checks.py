@@ -17,7 +17,7 @@ from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.reports import Report, SubjectReport
 from tests.shipped_scenes import ECMS
 
-SITE = SubjectReport("cell", Path("site.yaml"), Conclusion.PROVED, (), variables=("holding",))
+SITE = SubjectReport("cell", Path("site.yaml"), Conclusion.PROVED, (), variables={"holding": ()})
 TASK = SourceSpan(Source("ecm.yaml", "plant:"), 0, 6)
 WHOLE = """schema: aeros/scene/2
 description: A bed.
@@ -38,7 +38,7 @@ def warnings(folder: Path, files: dict[str, str], names: tuple[str, ...] = ()) -
         folder / "garden",
         Conclusion.PROVED,
         (),
-        variables=("bed_planted",),
+        variables={"bed_planted": ()},
         scenes=dict.fromkeys(names, TASK),
     )
     report = add_scene_warnings(Report(SITE, (module,), None))

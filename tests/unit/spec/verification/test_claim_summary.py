@@ -16,7 +16,7 @@ from aeros.spec.verification.claim_summary import (
     summarize_static_claim,
 )
 
-WRONG = Diagnostic("AE404", "it")
+WRONG, ALSO = Diagnostic("AE404", "it"), Diagnostic("AE404", "another")
 
 
 def claim(
@@ -44,7 +44,7 @@ def test_a_settled_claim_keeps_its_verdict_and_its_report() -> None:
 
 
 def test_the_reports_of_claims_are_collected_in_order() -> None:
-    assert diagnostics_of([A, C, B, claim("f", problem=WRONG)]) == (WRONG, WRONG)
+    assert diagnostics_of([A, C, B, claim("f", problem=ALSO)]) == (WRONG, ALSO)
     assert diagnostics_of([]) == ()
 
 
