@@ -68,7 +68,7 @@ def scene_of_tasks(configuration: Configuration, tasks: Sequence[Task], extra: s
     Raises:
         UserError: as in `scene_of_task`, or the scenes cannot be combined.
     """
-    parts = [part for task in tasks for part in task.rehearsals(_module_of(configuration, task))]
+    parts = [part for task in tasks for part in task.rehearsals(module_of(configuration, task))]
     folders = {module: module_folders(configuration, module) for module, _ in parts}
     scenes: list[tuple[str, str]] = []
     for module, task in parts:
@@ -85,8 +85,16 @@ def scene_of_tasks(configuration: Configuration, tasks: Sequence[Task], extra: s
     return whole if extra is None else add_scene(whole, extra, folders[parts[0][0]], cameras, variables)
 
 
-def _module_of(configuration: Configuration, task: Task) -> str:
-    """Return the id of the module that provides a task; that of its scene if none does."""
+def module_of(configuration: Configuration, task: Task) -> str:
+    """Find the module of a task.
+
+    Args:
+        configuration: site and active modules.
+        task: the task.
+
+    Returns:
+        The id of the module that provides it; the name of its scene if none does.
+    """
     modules = configuration.modules.items()
     return next((id_ for id_, ecm in modules if _has(ecm, task)), task.scene or task.id)
 
@@ -130,7 +138,7 @@ def scene_with(configuration: Configuration, tasks: Sequence[Task], name: str | 
     """
     if name is not None:
         cameras, variables = _site_cameras(configuration), _state_variables(configuration)
-        module = _module_of(configuration, tasks[0]) if tasks else None
+        module = module_of(configuration, tasks[0]) if tasks else None
         found = load_scene(name, module_folders(configuration, module), cameras, variables)
         if found.robot is not None or not tasks:
             return require_robot(found)

@@ -67,6 +67,8 @@ def _faults(
             scene = load_scene(name, around, module.cameras, variables)
             if name in module.scenes:
                 require_robot(scene)
+                for variable in scene.unmeasured(module.measured_by_site):
+                    yield _unmeasured(variable, scene.name, module.scenes[name])
         except UserError as error:
             yield from (_placed(one, module.scenes.get(name)) for one in error.diagnostics)
 
@@ -79,6 +81,16 @@ def _faults(
             load_cell(scenes, own_first, module.cameras, variables)
         except UserError as error:
             yield from (_placed(one, span, f"the scenes of `{task}`") for one in error.diagnostics)
+
+
+def _unmeasured(variable: str, scene: str, span: SourceSpan) -> Diagnostic:
+    short = variable.rpartition(".")[2]
+    return Diagnostic(
+        "AE208",
+        f"`{short}` stays unknown in the scene `{scene}`, which has no place or instrument for it",
+        SpanLabel(span, "the task that names it"),
+        help=(f"add `{short}` under `places` or `instruments` of the scene",),
+    )
 
 
 def _first(folder: Path, others: Iterable[Path]) -> list[Path]:

@@ -68,6 +68,7 @@ class ModuleSummary:
         runtime_span: as in its model.
         model_digests: as in its model.
         variables: its own state variables without its own name, each with the members of its enum.
+        measured_by_site: full names of those that a sensor of the site measures.
         capability_versions: as in its model.
         required_capabilities: as in its model.
         capability_spans: as in its model.
@@ -100,6 +101,7 @@ class ModuleSummary:
     resources: Mapping[str, str] = field(default_factory=dict)
     scenes: Mapping[str, SourceSpan] = field(default_factory=dict)
     composed_scenes: tuple[ComposedScenes, ...] = ()
+    measured_by_site: tuple[str, ...] = ()
     cameras: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     @property
@@ -183,7 +185,7 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
     Returns:
         The summary.
     """
-    from aeros.spec.model.variables import members_of
+    from aeros.spec.model.variables import measured_by_site, members_of
 
     effect_values: dict[str, frozenset[str]] = {}
     for skill in ecm.skills.values():
@@ -222,6 +224,7 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
             for task in ecm.tasks.values()
             if task.scene is None and (scenes := _scenes_of_composed(ecm, task))
         ),
+        measured_by_site(ecm.state),
         {
             one.id: dict(one.names.cameras)
             for one in (ecm, *ecm.foreign.modules.values())
@@ -317,6 +320,7 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "runtime_span": span(data["runtime_span"]),
             "variables": _members(data["variables"]),
             "capability_spans": {name: span(at) for name, at in data["capability_spans"].items()},
+            "measured_by_site": tuple(data["measured_by_site"]),
             "scenes": {name: span(at) for name, at in data["scenes"].items()},
             "composed_scenes": tuple(
                 ComposedScenes(task, tuple((module, scene) for module, scene in scenes), span(at))

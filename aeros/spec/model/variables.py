@@ -73,6 +73,19 @@ class Declared:
         return adjacent_doubles(self.range[0])[1], adjacent_doubles(self.range[1])[0]
 
 
+def measured_by_site(state: Mapping[str, Declared]) -> tuple[str, ...]:
+    """List the variables of a module that a sensor of the site measures, such as places of fixtures.
+
+    Args:
+        state: the module's own state variables by full name.
+
+    Returns:
+        Their full names; what perceivers measure, definitions and parameters of tasks are left out.
+    """
+    # The source of what a module makes itself has the module's name before it.
+    return tuple(name for name, one in state.items() if one.sensor is not None and "." not in one.sensor)
+
+
 def members_of(state: Mapping[str, Declared]) -> dict[str, tuple[str, ...]]:
     """List the members of each variable's enum.
 

@@ -60,6 +60,7 @@ class SubjectReport:
             enum.
         scenes: scenes that a module's tasks name, and where.
         composed_scenes: of a module's tasks that name no scene and compose others, the scenes of these.
+        measured_by_site: full names of a module's own variables that a sensor of the site measures.
         cameras: for a module and each that it requires, the site's names of cameras by the module's.
         is_readable: False if its files could not be read or understood.
     """
@@ -76,6 +77,7 @@ class SubjectReport:
     variables: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     scenes: Mapping[str, SourceSpan] = field(default_factory=dict)
     composed_scenes: tuple[ComposedScenes, ...] = ()
+    measured_by_site: tuple[str, ...] = ()
     cameras: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     is_readable: bool = True
 
@@ -267,6 +269,7 @@ def module_report(
         variables=presence.variables,
         scenes=presence.scenes,
         composed_scenes=presence.composed_scenes,
+        measured_by_site=presence.measured_by_site,
         cameras=presence.cameras,
     )
     if one.findings is None:

@@ -27,7 +27,9 @@ view: {eye: [1 m, 0 m, 1 m], target: [0 m, 0 m, 0 m]}
 """
 
 
-def warnings(folder: Path, files: dict[str, str], names: tuple[str, ...] = ()) -> tuple[Diagnostic, ...]:
+def warnings(
+    folder: Path, files: dict[str, str], names: tuple[str, ...] = (), measured: tuple[str, ...] = ()
+) -> tuple[Diagnostic, ...]:
     """Warnings about a module `garden` with these scene files, whose tasks name scenes."""
     scenes = folder / "garden" / "scenes"
     scenes.mkdir(parents=True, exist_ok=True)
@@ -40,6 +42,7 @@ def warnings(folder: Path, files: dict[str, str], names: tuple[str, ...] = ()) -
         (),
         variables={"bed_planted": ()},
         scenes=dict.fromkeys(names, TASK),
+        measured_by_site=measured,
     )
     report = add_scene_warnings(Report(SITE, (module,), None))
     assert report.conclusion is Conclusion.PROVED
@@ -52,6 +55,19 @@ def test_a_module_with_whole_scenes_has_no_warning(tmp_path: Path) -> None:
     bed = WHOLE + "truth: {bed_planted: true, holding: true}\n"
     assert warnings(tmp_path, {"bed": bed}, ("bed",)) == ()
     assert warnings(tmp_path / "other", {}) == ()
+
+
+def test_a_variable_that_nothing_in_a_tasks_scene_measures_is_a_warning(tmp_path: Path) -> None:
+    measured = ("garden.tap_position", "garden.gate_position")
+    bed = WHOLE + "places: {gate_position: {at: [0 m, 0 m, 0 m]}}\n"
+    assert warnings(tmp_path, {"bed": bed}, (), measured) == ()
+    (found,) = warnings(tmp_path, {"bed": bed}, ("bed",), measured)
+    assert found.headline == (
+        "`tap_position` stays unknown in the scene `bed`, which has no place or instrument for it"
+    )
+    assert found.help == ("add `tap_position` under `places` or `instruments` of the scene",)
+    assert found.primary is not None
+    assert found.primary.span == TASK
 
 
 def test_a_module_in_the_present_folder_is_no_exception(
