@@ -60,7 +60,11 @@ class Outcome:
         default=None, metadata={"doc": "`true` if this outcome is a failure"}
     )
     probability: NumberField | None = field(
-        default=None, metadata={"doc": "its probability, between 0 and 1"}
+        default=None,
+        metadata={
+            "doc": "its probability, between 0 and 1; one of 0 is left out of proofs and predictions about "
+            "tasks, for what ends a task such as an object that is not there, and `aeros verify` lists it"
+        },
     )
     duration: TextField | None = field(default=None, metadata={"doc": "its usual duration, as in `12 s`"})
     verdict: TextField | None = field(

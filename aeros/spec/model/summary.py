@@ -69,6 +69,7 @@ class ModuleSummary:
         model_digests: as in its model.
         variables: its own state variables without its own name, each with the members of its enum.
         measured_by_site: full names of those that a sensor of the site measures.
+        left_out: outcomes of probability 0, which its closed loops leave out.
         capability_versions: as in its model.
         required_capabilities: as in its model.
         capability_spans: as in its model.
@@ -102,6 +103,7 @@ class ModuleSummary:
     scenes: Mapping[str, SourceSpan] = field(default_factory=dict)
     composed_scenes: tuple[ComposedScenes, ...] = ()
     measured_by_site: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
     cameras: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     @property
@@ -225,6 +227,12 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
             if task.scene is None and (scenes := _scenes_of_composed(ecm, task))
         ),
         measured_by_site(ecm.state),
+        tuple(
+            f"{skill.id}.{one.id}"
+            for skill in ecm.skills.values()
+            for one in skill.outcomes.values()
+            if ecm.tasks and one.probability == 0
+        ),
         {
             one.id: dict(one.names.cameras)
             for one in (ecm, *ecm.foreign.modules.values())
@@ -321,6 +329,7 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "variables": _members(data["variables"]),
             "capability_spans": {name: span(at) for name, at in data["capability_spans"].items()},
             "measured_by_site": tuple(data["measured_by_site"]),
+            "left_out": tuple(data["left_out"]),
             "scenes": {name: span(at) for name, at in data["scenes"].items()},
             "composed_scenes": tuple(
                 ComposedScenes(task, tuple((module, scene) for module, scene in scenes), span(at))

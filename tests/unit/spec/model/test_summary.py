@@ -56,6 +56,7 @@ MODULE = build(
             outcome("hot", {"is_hot": True, "place": "pot"}),
             outcome("warm", {"is_hot": True, "level": Fraction(1, 2)}),
             outcome("spilled", {"is_hot": False}, failure=True),
+            replace(outcome("gone", {}, failure=True), probability=Fraction(0)),
         ),
         "pour": skill("pour", outcome("poured", {"place": "cup"})),
     },
@@ -96,6 +97,7 @@ def test_a_module_is_summarized_for_others() -> None:
     )
     assert summary.requires == {"pouring": ">=1"}
     assert summary.variables == {"warm": ()}
+    assert summary.left_out == ("boil.gone",)
     assert summary.scenes == {"stove": FILE.span(0, 6)}
 
 
