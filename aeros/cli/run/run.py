@@ -355,10 +355,10 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
             single_errand(meaning)
         goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
         meaning = meaning if goal is None else with_goal(meaning, goal)
-        tasks = tasks_of(meaning, configuration, goal)
+        module = configuration.modules[meaning.first.module]
+        tasks = tasks_of(meaning, configuration, goal, module.compositions.get(arguments.composition))
         routed = replace(meaning.first, task=joined_task(tasks))
         follows_rules = all(errand.routed.task.rules for errand in meaning.errands)
-        module = configuration.modules[routed.module]
         planner = build_planner(arguments, module, configuration.site, follows_rules=follows_rules)
         around = load_scene_extras(arguments, configuration, tasks)
         with open_outputs(arguments, routed.task.id) as (out, spectators), governor:
