@@ -69,6 +69,7 @@ class ModuleSummary:
         model_digests: as in its model.
         variables: its own state variables without its own name, each with the members of its enum.
         measured_by_site: full names of those that a sensor of the site measures.
+        needed_cameras: the site's names of cameras without whose pictures a perceiver or skill does not work.
         left_out: outcomes of probability 0, which its closed loops leave out.
         capability_versions: as in its model.
         required_capabilities: as in its model.
@@ -103,6 +104,7 @@ class ModuleSummary:
     scenes: Mapping[str, SourceSpan] = field(default_factory=dict)
     composed_scenes: tuple[ComposedScenes, ...] = ()
     measured_by_site: tuple[str, ...] = ()
+    needed_cameras: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     cameras: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
@@ -227,6 +229,7 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
             if task.scene is None and (scenes := _scenes_of_composed(ecm, task))
         ),
         measured_by_site(ecm.state),
+        _needed_cameras(ecm),
         tuple(
             f"{skill.id}.{one.id}"
             for skill in ecm.skills.values()
@@ -239,6 +242,14 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
             if one.names.cameras
         },
     )
+
+
+def _needed_cameras(ecm: Ecm) -> tuple[str, ...]:
+    pictures = [one for perceiver in ecm.perceivers.values() for one in perceiver.pictures]
+    needed = [one.camera for one in pictures if not one.optional]
+    optional = {one.camera for one in pictures} - set(needed)
+    own = (one for one in ecm.names.cameras.values() if one not in optional)
+    return tuple(dict.fromkeys((*needed, *own)))
 
 
 def _scenes_of_composed(ecm: Ecm, task: Task) -> tuple[tuple[str, str], ...]:
@@ -329,6 +340,7 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "variables": _members(data["variables"]),
             "capability_spans": {name: span(at) for name, at in data["capability_spans"].items()},
             "measured_by_site": tuple(data["measured_by_site"]),
+            "needed_cameras": tuple(data["needed_cameras"]),
             "left_out": tuple(data["left_out"]),
             "scenes": {name: span(at) for name, at in data["scenes"].items()},
             "composed_scenes": tuple(

@@ -28,7 +28,11 @@ view: {eye: [1 m, 0 m, 1 m], target: [0 m, 0 m, 0 m]}
 
 
 def warnings(
-    folder: Path, files: dict[str, str], names: tuple[str, ...] = (), measured: tuple[str, ...] = ()
+    folder: Path,
+    files: dict[str, str],
+    names: tuple[str, ...] = (),
+    measured: tuple[str, ...] = (),
+    cameras: tuple[str, ...] = (),
 ) -> tuple[Diagnostic, ...]:
     """Warnings about a module `garden` with these scene files, whose tasks name scenes."""
     scenes = folder / "garden" / "scenes"
@@ -43,6 +47,8 @@ def warnings(
         variables={"bed_planted": ()},
         scenes=dict.fromkeys(names, TASK),
         measured_by_site=measured,
+        cameras={"garden": {"above": "tree"}},
+        needed_cameras=cameras,
     )
     report = add_scene_warnings(Report(SITE, (module,), None))
     assert report.conclusion is Conclusion.PROVED
@@ -68,6 +74,23 @@ def test_a_variable_that_nothing_in_a_tasks_scene_measures_is_a_warning(tmp_path
     assert found.help == ("add `tap_position` under `places` or `instruments` of the scene",)
     assert found.primary is not None
     assert found.primary.span == TASK
+
+
+def test_a_camera_that_a_tasks_scene_lacks_is_a_warning(tmp_path: Path) -> None:
+    camera = "{eye: [1 m, 0 m, 1 m], target: [0 m, 0 m, 0 m]}"
+    bed = WHOLE + f"cameras: {{gate: {camera}}}\n"
+    assert warnings(tmp_path, {"bed": bed}, ("bed",), (), ("gate",)) == ()
+    found = warnings(tmp_path, {"bed": bed}, ("bed",), (), ("tree", "gate", "roof"))
+    assert [one.headline for one in found] == [
+        "the scene `bed` has no camera `above`, which the module takes pictures with",
+        "the scene `bed` has no camera `roof`, which the module takes pictures with",
+    ]
+
+
+def test_a_scene_of_a_module_that_is_not_here_is_a_warning(tmp_path: Path) -> None:
+    (found,) = warnings(tmp_path, {"bed": WHOLE.replace("garden", "gardn")})
+    assert found.headline == "the scene `bed` is of the module `gardn`, which is not here"
+    assert found.help[0] == "write `module: garden` if it is of this one"
 
 
 def test_a_module_in_the_present_folder_is_no_exception(

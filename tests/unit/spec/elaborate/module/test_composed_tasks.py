@@ -99,4 +99,6 @@ def test_a_variable_that_is_not_public_is_refused_as_such(tmp_path: Path, place:
     )
     assert found.primary is not None
     assert found.primary.span.text == "make_dumplings.press_free"
-    assert "public are: none" in found.help
+    (public,) = (one for one in found.help if one.startswith("public are: "))
+    assert "robot_at_bench" in public
+    assert "press_free" not in public
