@@ -154,7 +154,12 @@ class RunLog:
         headline = f"{_text(details, 'task')}: the goal was not reached{goal}"
         task = _text(details, "task")
         unmet = self._unmet_definitions(place, task)
-        links = [CausalLink(place, _text(details, "reason")), *unmet, *self._cause_of_end(place)]
+        links = [
+            CausalLink(place, _text(details, "reason")),
+            *unmet,
+            *self._cause_of_end(place),
+            *self._undecided_branches(place),
+        ]
         failures = {one.record: one for one in links if one.is_failed_measurement}
         failures |= {one.record: one for one in self._failed_measurements(0, place, task)}
         # What a failed perceiver left unknown came before all that followed from it.
@@ -171,6 +176,14 @@ class RunLog:
                     at, "predicates by definition, with the values measured then", _causes(details)
                 )
                 return
+
+    def _undecided_branches(self, end: int) -> Iterator[CausalLink]:
+        """Yield each time that a plan was given up because nothing measured decided a branch, last first."""
+        for at, event, details in reversed([one for one in self._notes if one[0] < end]):
+            if event in ("run-ended", "task-selected"):
+                return
+            if event == "replan" and (causes := _causes(details)):
+                yield CausalLink(at, f"re-plan {details.get('number')}: {_text(details, 'reason')}", causes)
 
     def _is_disagreement(self, place: int) -> bool:
         return bool(self._records[place]["event"] == "gate-disagreement")
