@@ -5,6 +5,7 @@ The log may come from another version of AEROS, so missing or unexpected fields 
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
@@ -147,7 +148,11 @@ class RunLog:
             return CausalExplanation(text, (CausalLink(place, text),))
         goal = _goal(details)
         if details.get("reached") is True:
-            return CausalExplanation(f"{_text(details, 'task')}: goal reached{goal}", failed=failed)
+            wrong = self._refuted_belief(place)
+            ended = (
+                "the robot measured that the goal was reached, and it was not" if wrong else "goal reached"
+            )
+            return CausalExplanation(f"{_text(details, 'task')}: {ended}{goal}", wrong, failed)
         if details.get("skipped") is True:
             headline = f"{_text(details, 'task')}: skipped, as its condition does not hold"
             return CausalExplanation(headline, failed=failed)
@@ -184,6 +189,17 @@ class RunLog:
                 return
             if event == "replan" and (causes := _causes(details)):
                 yield CausalLink(at, f"re-plan {details.get('number')}: {_text(details, 'reason')}", causes)
+
+    def _refuted_belief(self, end: int) -> tuple[CausalLink, ...]:
+        """Return the referee's judgement after the end, if the simulator's truth refutes what was measured."""
+        for place, record in enumerate(self._records[end:], end):
+            details = record["details"]
+            if record["event"] == "goal-judged" and details.get("believed") and details.get("true") is False:
+                values = details.get("values")
+                found = values.items() if isinstance(values, dict) else ()
+                truth = ", ".join(f"{name} = {json.dumps(value)}" for name, value in found)
+                return (CausalLink(place, f"in the simulator {truth or 'the goal is false'}"),)
+        return ()
 
     def _is_disagreement(self, place: int) -> bool:
         return bool(self._records[place]["event"] == "gate-disagreement")

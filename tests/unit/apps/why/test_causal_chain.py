@@ -309,3 +309,24 @@ def test_a_plan_that_nothing_measured_could_continue_is_part_of_why() -> None:
     assert found.chain[1].causes == (cause,)
     before = run_log([undecided, note("task-selected", task="tidy.clean"), FAILED]).explain_end()
     assert before.chain[1:] == ()
+
+
+@pytest.mark.parametrize(
+    ("true", "headline", "links"),
+    [
+        (
+            False,
+            "the robot measured that the goal was reached, and it was not",
+            ["in the simulator a = false"],
+        ),
+        (True, "goal reached", []),
+        (None, "goal reached", []),
+    ],
+)
+def test_a_goal_that_was_reached_in_belief_alone_is_not_called_reached(
+    true: bool | None, headline: str, links: list[str]
+) -> None:
+    judged = ("goal-judged", {"believed": True, "true": true, "values": {"a": true}})
+    found = run_log([note("run-ended", task="tidy.clean", reached=True), judged]).explain_end()
+    assert found.headline.startswith(f"tidy.clean: {headline}")
+    assert [one.text for one in found.chain] == links
