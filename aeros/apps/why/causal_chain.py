@@ -191,7 +191,7 @@ class RunLog:
                 yield CausalLink(at, f"re-plan {details.get('number')}: {_text(details, 'reason')}", causes)
 
     def _refuted_belief(self, end: int) -> tuple[CausalLink, ...]:
-        """Return the referee's judgement after the end, if the simulator's truth refutes what was measured."""
+        """Return the referee's judgement after the end, if the simulator's truth refutes the belief."""
         for place, record in enumerate(self._records[end:], end):
             details = record["details"]
             if record["event"] == "goal-judged" and details.get("believed") and details.get("true") is False:

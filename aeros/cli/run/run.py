@@ -212,7 +212,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--scene",
         metavar="FILE|NAME",
-        help="extra objects: a scene file or a shipped name (physics)",
+        help="extra objects: a scene file or its name; one with a robot replaces the task's scene (physics)",
     )
     parser.add_argument(
         "--report", action="store_true", help="write report.html there too, as `aeros report` does"
