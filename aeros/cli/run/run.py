@@ -288,6 +288,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
         arguments.instruction = shlex.join(arguments.task)
     elif arguments.task is not None:
         raise UsageError("give an instruction or --task, not both")
+    if arguments.goal is not None and arguments.instruction is None and not is_going_on:
+        raise UsageError("--goal replaces the goal of a task: give an instruction or --task NAME, too")
     if is_going_on != (arguments.instruction is None):
         raise UsageError("give an instruction or --task NAME, or --resume without either")
     require_signing_options(arguments)
