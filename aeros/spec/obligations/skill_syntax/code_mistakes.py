@@ -171,6 +171,14 @@ def _actions_outside_envelope(
                     help=(f"did you mean `{near}`?" if near else f"one of {_or(own or type_.members)}",),
                 )
                 return
+            if value is None and _is_literal(node):
+                yield Diagnostic(
+                    "AE148",
+                    f"`{keyword}` of this `{kind}` is `{ast.unparse(node)}`, which is no {type_}",
+                    SpanLabel(file.span(node), "always denied"),
+                    (SpanLabel(variable.span, "declared here"),),
+                )
+                return
             if value is None:
                 continue
             values[variable.name] = value
@@ -210,10 +218,9 @@ def _parameter_nodes(call: ast.Call) -> Iterator[tuple[str, ast.expr]]:
 
 def _constant_value(node: ast.expr, type_: Type, cameras: Mapping[str, str]) -> Any:
     """Return the value that the gate gets for an expression; None if it is not a constant of the type."""
-    try:
-        value = ast.literal_eval(node)
-    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
+    if not _is_literal(node):
         return None
+    value = ast.literal_eval(node)
     if isinstance(type_, BoolType):
         return value if isinstance(value, bool) else None
     if isinstance(type_, EnumType):
@@ -224,6 +231,15 @@ def _constant_value(node: ast.expr, type_: Type, cameras: Mapping[str, str]) -> 
         numbers = tuple(_number(part) for part in parts)
         return numbers if len(numbers) == 3 and None not in numbers else None
     return _number(value) if isinstance(type_, RealType | IntegerType) else None
+
+
+def _is_literal(node: ast.expr) -> bool:
+    """Tell if an expression is a value that is written out."""
+    try:
+        ast.literal_eval(node)
+    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
+        return False
+    return True
 
 
 def _rounding_note(term: t.Term, values: Mapping[str, Any], names: Iterable[str]) -> tuple[str, ...]:
