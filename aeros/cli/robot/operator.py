@@ -185,6 +185,8 @@ def _policy(arguments: argparse.Namespace) -> Exit:
     print_line(f"{site.id} is in force; sha256:{site.digest}")
     for module, access in sorted(site.grants.items()):
         print_line(f"  {module} may also use {access}")
+    for block in site.blocks:
+        print_line(f"  blocked: {block.id}: {block.reason} ({block.scope})")
     print_waiting(registry.waiting().values())
     return Exit.SUCCESS
 
