@@ -297,7 +297,7 @@ def test_blocks_of_a_policy_are_shown_and_misspelt_names_are_a_warning(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     (tmp_path / "site.yaml").write_text((BASE / "site.yaml").read_text())
-    block = "blocks:\n  worn: {reason: the cloth is worn, module: tidy, skill: wipee}\n"
+    block = "blocks: [{id: worn, reason: the cloth is worn, module: tidy, skill: wipee}]\n"
     (tmp_path / "cell.yaml").write_text(f"schema: aeros/overlay/1\nbase: site.yaml\n{block}")
     assert run("install", str(BASE / "tidy")) == 0
     capsys.readouterr()
