@@ -34,7 +34,7 @@ from math import inf
 from typing import Final
 
 from aeros.agent.errands import ErrandPosition
-from aeros.agent.execution.attempt_journal import record_unmet_definitions
+from aeros.agent.execution.attempt_journal import record_replan, record_unmet_definitions
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
 from aeros.agent.execution.progress import PlanProgress
@@ -52,7 +52,6 @@ from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint
 from aeros.agent.recovery.recover import ProgressRecovery
 from aeros.agent.world.definitions import definition_causes
 from aeros.runtime.ports import AuditEvent, Runtime
-from aeros.spec.model.cause import causes_to_json
 
 RETRY_INTERVAL_S: Final = 1.0
 """Time between two requests for an action that may be allowed later, in plant seconds."""
@@ -251,14 +250,7 @@ class TaskLoop:
             self._waited = 0.0
             self._replans += 1
             self._save()
-            behind = {"causes": causes_to_json(end.causes)} if end.causes else {}
-            self._journal.record(
-                "replan",
-                f"re-plan {self._replans}: {end.reason}",
-                number=self._replans,
-                reason=end.reason,
-                **behind,
-            )
+            record_replan(self._journal, self._replans, end.reason, end.causes)
             # A plan that failed at once (for example while a sensor is silent) would fail again at once.
             failed_at_once = self._runtime.now() - began < RETRY_INTERVAL_S
             self._idle(max(end.pause_s, RETRY_INTERVAL_S if failed_at_once else 0.0))

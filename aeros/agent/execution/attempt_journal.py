@@ -100,6 +100,19 @@ def record_not_started(
     )
 
 
+def record_replan(journal: Journal, number: int, reason: str, causes: tuple[Cause, ...]) -> None:
+    """Record that a plan went no further, so that the agent plans again.
+
+    Args:
+        journal: takes the entry.
+        number: number of the new plan after the first one, from 1.
+        reason: text of the reason why the plan went no further.
+        causes: the values behind predicates by definition that decided no branch of it.
+    """
+    behind = {"causes": causes_to_json(causes)} if causes else {}
+    journal.record("replan", f"re-plan {number}: {reason}", number=number, reason=reason, **behind)
+
+
 def record_unmet_definitions(journal: Journal, task: str, causes: tuple[Cause, ...]) -> None:
     """Record the measured values behind predicates by definition for which a goal is not met.
 

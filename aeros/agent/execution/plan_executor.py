@@ -43,6 +43,7 @@ from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.execution.waiting import Wait
 from aeros.agent.planning.compositions import chosen_composition
 from aeros.agent.planning.task_graph import Part, PlanStep
+from aeros.agent.world.definitions import unmet_with_definitions
 from aeros.agent.world.values import to_json_value
 from aeros.runtime.ports import EndedStep, StepHandle
 from aeros.spec.model.cause import Cause
@@ -186,7 +187,8 @@ class PlanExecutor:
             return (yield from self._run_part(part.then, scope, (*at, 0), role))
         if holds is False and part.otherwise is not None:
             return (yield from self._run_part(part.otherwise, scope, (*at, 1), role))
-        why, behind = self._attempts.unmet(part.condition)
+        world, modules = self._attempts.world, self._attempts.active_modules()
+        why, behind = unmet_with_definitions(world, part.condition, modules)
         reason = f"the plan does not say how to continue if `{part.text}` is not met: {why}"
         return PlanFailure(reason, causes=behind)
 

@@ -50,6 +50,24 @@ def definition_causes(
     return tuple(found.values())
 
 
+def unmet_with_definitions(
+    world: WorldModel, condition: t.Term, modules: Mapping[str, Ecm]
+) -> tuple[str, tuple[Cause, ...]]:
+    """Explain why a condition is not measured as true.
+
+    Args:
+        world: the measured world.
+        condition: boolean term.
+        modules: the active modules, which have the definitions.
+
+    Returns:
+        The reason in words, with the values behind predicates by definition; and these as data.
+    """
+    behind = definition_causes(world, world.unmet_parts(condition), modules)
+    why = "; ".join([world.unmet_reason(condition), *(f"by definition of {cause}" for cause in behind)])
+    return why, behind
+
+
 def _uncertain_parts(
     world: WorldModel, definition: Definition, modules: Mapping[str, Ecm]
 ) -> Iterator[UnmetBound]:

@@ -5,13 +5,13 @@ The log may come from another version of AEROS, so missing or unexpected fields 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from aeros.apps.stop_text import stop_text
 from aeros.apps.why.failed_measurements import failures_before
+from aeros.apps.why.judged_end import refuted_belief, undecided_branches
 from aeros.apps.why.provider_choices import explain_choice
 from aeros.runtime.audit.check import Record
 from aeros.spec.expr.shortfall import UnmetBound
@@ -19,6 +19,8 @@ from aeros.spec.migrations.renamed_names import current_event
 from aeros.spec.model.cause import Cause
 
 _START_EVENTS: Final = ("step-started", "step-not-started")
+_DISAGREEMENT: Final = "gate-disagreement"
+_REFUTED: Final = "the robot measured that the goal was reached, and it was not"
 _END_EVENTS: Final = ("run-ended", "run-interrupted", "task-not-found")
 
 
@@ -133,7 +135,10 @@ class RunLog:
     def _explain_end(self) -> CausalExplanation:
         end = next((one for one in reversed(self._notes) if one[1] in _END_EVENTS), None)
         failed = tuple(one for one in self.steps if one.failed)
-        halt = next((at for at in reversed(range(len(self._records))) if self._is_disagreement(at)), None)
+        halt = next(
+            (at for at in reversed(range(len(self._records))) if self._records[at]["event"] == _DISAGREEMENT),
+            None,
+        )
         if halt is not None and (end is None or end[1] != "run-ended" or end[0] < halt):
             return CausalExplanation(
                 "the robot was halted: the compiled gate and Z3 decided an action differently",
@@ -148,11 +153,7 @@ class RunLog:
             return CausalExplanation(text, (CausalLink(place, text),))
         goal = _goal(details)
         if details.get("reached") is True:
-            wrong = self._refuted_belief(place)
-            ended = (
-                "the robot measured that the goal was reached, and it was not" if wrong else "goal reached"
-            )
-            return CausalExplanation(f"{_text(details, 'task')}: {ended}{goal}", wrong, failed)
+            return _reached(f"{_text(details, 'task')}: ", goal, refuted_belief(self._records, place), failed)
         if details.get("skipped") is True:
             headline = f"{_text(details, 'task')}: skipped, as its condition does not hold"
             return CausalExplanation(headline, failed=failed)
@@ -163,7 +164,7 @@ class RunLog:
             CausalLink(place, _text(details, "reason")),
             *unmet,
             *self._cause_of_end(place),
-            *self._undecided_branches(place),
+            *(CausalLink(at, text, _causes(one)) for at, text, one in undecided_branches(self._notes, place)),
         ]
         failures = {one.record: one for one in links if one.is_failed_measurement}
         failures |= {one.record: one for one in self._failed_measurements(0, place, task)}
@@ -181,28 +182,6 @@ class RunLog:
                     at, "predicates by definition, with the values measured then", _causes(details)
                 )
                 return
-
-    def _undecided_branches(self, end: int) -> Iterator[CausalLink]:
-        """Yield each time that a plan was given up because nothing measured decided a branch, last first."""
-        for at, event, details in reversed([one for one in self._notes if one[0] < end]):
-            if event in ("run-ended", "task-selected"):
-                return
-            if event == "replan" and (causes := _causes(details)):
-                yield CausalLink(at, f"re-plan {details.get('number')}: {_text(details, 'reason')}", causes)
-
-    def _refuted_belief(self, end: int) -> tuple[CausalLink, ...]:
-        """Return the referee's judgement after the end, if the simulator's truth refutes the belief."""
-        for place, record in enumerate(self._records[end:], end):
-            details = record["details"]
-            if record["event"] == "goal-judged" and details.get("believed") and details.get("true") is False:
-                values = details.get("values")
-                found = values.items() if isinstance(values, dict) else ()
-                truth = ", ".join(f"{name} = {json.dumps(value)}" for name, value in found)
-                return (CausalLink(place, f"in the simulator {truth or 'the goal is false'}"),)
-        return ()
-
-    def _is_disagreement(self, place: int) -> bool:
-        return bool(self._records[place]["event"] == "gate-disagreement")
 
     def explain_step(self, step: StepTrace) -> CausalExplanation:
         """Explain the end of a step.
@@ -385,6 +364,15 @@ def _changes(cause: Cause) -> Iterator[str]:
             value, bound = part.formatted_values()
             asked = bound if isinstance(part.bound, bool) else f"{part.required_op} {bound}"
             yield f"{part.quantity} is {value}; {asked} required by `{cause.rule}`"
+
+
+def _reached(
+    task: str, goal: str, refuted: tuple[int, str] | None, failed: tuple[StepTrace, ...]
+) -> CausalExplanation:
+    """Explain the end of a run that measured its goal as reached."""
+    if refuted is None:
+        return CausalExplanation(f"{task}goal reached{goal}", failed=failed)
+    return CausalExplanation(f"{task}{_REFUTED}{goal}", (CausalLink(*refuted),), failed)
 
 
 def _disagreement(record: Record) -> tuple[str, tuple[Cause, ...]]:

@@ -153,7 +153,8 @@ class _Parser:
         """whole := expression end"""
         node = self._expression()
         if self._next.kind != "end":
-            raise self._unknown_unit() or self._fault("expected an operator or the end of the expression")
+            unknown_unit = _unknown_unit(self._tokens, self._position)
+            raise unknown_unit or self._fault("expected an operator or the end of the expression")
         return node
 
     def _expression(self) -> s.Node:
@@ -383,16 +384,17 @@ class _Parser:
         token = self._advance()
         return s.Name(token.text, token.extent)
 
-    def _unknown_unit(self) -> ExpressionSyntaxError | None:
-        """Return the error for a word after a bare number, which was meant as its unit."""
-        token, before = self._next, self._tokens[max(self._position - 1, 0)]
-        if token.kind != "word" or before.kind != "number":
-            return None
-        near = did_you_mean(token.text, unit_names())
-        help_ = f"did you mean `{near}`?" if near else "write one as in `mm/s`, `N`, `rad` or `kg*m/s^2`"
-        return ExpressionSyntaxError(f"`{token.text}` is not a unit", token.extent, help_)
-
     def _fault(self, expected: str) -> ExpressionSyntaxError:
         token = self._next
         instead = "the expression ends here" if token.kind == "end" else f"found `{token.text}`"
         return ExpressionSyntaxError(f"{expected}, but {instead}", token.extent)
+
+
+def _unknown_unit(tokens: list[_Token], position: int) -> ExpressionSyntaxError | None:
+    """Return the error for a word that stands after a bare number, in the place of its unit."""
+    token, before = tokens[position], tokens[max(position - 1, 0)]
+    if token.kind != "word" or before.kind != "number":
+        return None
+    near = did_you_mean(token.text, unit_names())
+    help_ = f"did you mean `{near}`?" if near else "write one as in `mm/s`, `N`, `rad` or `kg*m/s^2`"
+    return ExpressionSyntaxError(f"`{token.text}` is not a unit", token.extent, help_)

@@ -92,16 +92,16 @@ def misspelt_policy_names(
         A claim for each grant and override that has no effect; each is a warning.
     """
 
-    def is_meant(module: str | None) -> bool:
+    def concerns_it(module: str | None) -> bool:
         return module == ecm.id or (
             module is not None and module not in others and did_you_mean(module, [ecm.id]) is not None
         )
 
     own = replace(
         site,
-        grants={name: span for name, span in site.grants.items() if is_meant(name)},
+        grants={name: span for name, span in site.grants.items() if concerns_it(name)},
         shared={},
-        blocks=tuple(block for block in site.blocks if is_meant(block.module)),
+        blocks=tuple(block for block in site.blocks if concerns_it(block.module)),
     )
     for claim in policy_name_obligations({ecm.id: ecm.skills}, own):
         if claim.diagnostic is not None:
@@ -153,10 +153,10 @@ def _cure_of_block(block: BlockSummary, skills: Mapping[str, Collection[str]]) -
     module, skill = block.module or "", block.skill or ""
     if module in skills:
         near = did_you_mean(skill, skills[module])
-        meant = None if near is None else f"{module}.{near}"
+        found = None if near is None else f"{module}.{near}"
     else:
-        meant = did_you_mean(module, skills)
-    return f"did you mean `{meant}`?" if meant else "correct the name if something is meant to be blocked"
+        found = did_you_mean(module, skills)
+    return f"did you mean `{found}`?" if found else "correct the name if something is meant to be blocked"
 
 
 def _absent_grants(grants: Mapping[str, SourceSpan]) -> Diagnostic:

@@ -15,7 +15,7 @@ from aeros.spec.obligations.skill_syntax.bound_names import names_bound_by
 from aeros.spec.obligations.skill_syntax.mapping_keys import unknown_key
 from aeros.spec.obligations.skill_syntax.skill_source import SkillFile
 
-_TAKING_OUT: Final = frozenset({"pop", "popitem", "clear"})
+_REMOVING_METHODS: Final = frozenset({"pop", "popitem", "clear"})
 """Methods of a dictionary after which a key may be gone."""
 
 
@@ -71,6 +71,6 @@ def _keys_put_under(name: str, own: list[ast.AST], nodes: Collection[ast.AST]) -
             case ast.Subscript(value=ast.Name(id=bound), ctx=ast.Del()) if bound == name:
                 return []
             case ast.Attribute(value=ast.Name(id=bound), attr=method) if bound == name:
-                if method in _TAKING_OUT:
+                if method in _REMOVING_METHODS:
                     return []
     return keys if is_dictionary else []

@@ -83,7 +83,7 @@ def test_a_block_that_nearly_names_the_one_module_is_a_warning(
     assert len(found) == (help_ is not None)
 
 
-def test_names_are_near_that_a_person_may_have_meant() -> None:
+def test_names_are_near_if_a_slip_makes_them_equal() -> None:
     shipped = Source(str(reference_site_path()), "grants").span(0, 6)
     grants = {"polsh": SPAN, "polisch": shipped, "brew": SPAN, "polish": SPAN}
     site = build(SiteSummary, grants=grants, blocks=(blocked("pollish"),))

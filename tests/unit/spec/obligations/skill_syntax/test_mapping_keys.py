@@ -45,7 +45,7 @@ def test_parameters_are_found_by_their_annotation() -> None:
     assert parameters_of_type(file.functions["entry"], "View") == ["a", "c", "d"]
 
 
-def test_an_unknown_key_is_told_with_what_there_is() -> None:
+def test_an_unknown_key_is_reported_with_the_known_ones() -> None:
     file = SkillFile("skills.py", b"def entry(): ...\n")
     place = file.functions["entry"]
     near = unknown_key(file, place, "tal", ("tall", "wide"), "a reading")

@@ -48,7 +48,7 @@ def test_code_that_is_not_plain_python_is_refused(content: bytes, why: str) -> N
         ("if x:\n", 1, ":"),
     ],
 )
-def test_what_is_not_python_is_marked_where_python_says(code: str, line: int, marked: str) -> None:
+def test_a_syntax_error_is_marked_at_the_place_that_python_names(code: str, line: int, marked: str) -> None:
     with pytest.raises(UnreadableCodeError) as raised:
         SkillFile("skills.py", code.encode())
     found = raised.value.diagnostic
