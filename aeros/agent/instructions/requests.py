@@ -181,12 +181,15 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
     routed = coverage.routed
     stated = frozenset(coverage.values.stated)
     is_same = last is not None and coverage.entry.routed.covers(last)
+    has_part = coverage.values.names_part or (last is not None and is_same and not _is_of_whole(last))
+    if coverage.names_that_part and not has_part:
+        raise InstructionError(f"{quoted(segment.text)} does not say which part; no part was named before")
     if last is not None and is_same and coverage.names_pronoun and not coverage.values.is_specific:
         parameters = routed.task.parameters
         # `the left half is dirty, so clean it`: `it` is that half, if the words say no other part.
         is_part = (
             not any(map(is_object, parameters.values())) and not stated and segment.link is not Link.THEN
-        )
+        ) or coverage.names_that_part
         before = {name: one for name, one in last.arguments.items() if is_part or is_object(parameters[name])}
         arguments = routed.task.complete_arguments({**routed.arguments, **before})
         return Request(Errand(replace(routed, arguments=arguments)), stated, only_refers=True)
@@ -208,3 +211,8 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
         )
     only_refers = coverage.names_pronoun or not coverage.triggers
     return Request(Errand(routed), stated, only_refers, bool(coverage.triggers))
+
+
+def _is_of_whole(routed: RoutedTask) -> bool:
+    """Return True if every argument is the default, so that no part is named."""
+    return all(routed.task.parameters[name].default == one for name, one in routed.arguments.items())
