@@ -90,6 +90,13 @@ class Coverage:
         return is_same and self.is_object_alone and (self.values.is_specific or self.values.names_part)
 
     @property
+    def is_verb_alone(self) -> bool:
+        """True if the words only ask for the task, of a thing that was named before: `if …, clean`."""
+        is_more = self.objects or self.unknown or self.counts or self.repetitions or self.values.fault
+        is_wish = any(one[0] in ("i", "we") for one in self.triggers)
+        return bool(self.triggers) and not (is_more or is_wish or self.values.stated)
+
+    @property
     def places_it(self) -> bool:
         """True if the words say only where to put the object of the request before: `deliver right`."""
         leaves_nothing = not (self.unknown or self.counts or self.repetitions or self.values.fault)

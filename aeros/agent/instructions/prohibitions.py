@@ -16,8 +16,8 @@ from aeros.agent.instructions.segments import Segment
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 
-_OF_THINGS: Final = (("without",),)
-"""Prohibitions that may name only a part of the thing before: `leave the right` is one of these, too."""
+_OF_THINGS: Final = frozenset({"without", "skip", "omit"})
+"""First words of prohibitions that may name only a part of what was named before, as `leave the right` is."""
 
 _ALSO_NOT: Final = frozenset({"nor"})
 """Words that go on with a prohibition, as in `do not … nor …`."""
@@ -61,7 +61,7 @@ def prohibited_tasks(
             for one in coverages
             if one.triggers and all(word in english.UNIVERSAL for word in one.unknown)
         ]
-        if last is not None and not possible and segment.marker in _OF_THINGS:
+        if last is not None and not possible and segment.marker[0] in _OF_THINGS:
             # `clean the left side, and leave the right`
             possible = [
                 one.prohibited

@@ -1,4 +1,4 @@
-"""Names of people, which no list can hold: `a dumpling for Mia`, `Leo's block`, `hey Robbie`.
+"""Names of people, which no list can hold: `a tea for Mia`, `Leo's cup`, `hey Robbie`.
 
 A capital letter within a sentence, and a place where a person may be named, show one.
 """
@@ -17,6 +17,7 @@ _FOR: Final = re.compile(
 _GREETED: Final = re.compile(
     r"(?<![^\s.!?,])((?:[Hh]ey|[Hh]i|[Hh]ello|[Oo]kay|[Oo]k|OK|[Dd]ear) )([A-Z][a-z]+)(?=[,!.])"
 )
+_CALLED: Final = re.compile(r", ([A-Z][a-z]+)(?=[.!?]|$)")
 _OWNER: Final = re.compile(r"(?<=[a-z] )([A-Z][a-z]+)['\u2019]s(?= [a-z])")
 _TIMES: Final = frozenset(
     {
@@ -69,5 +70,6 @@ def without_names(instruction: str, is_known: Callable[[str], bool]) -> tuple[st
 
     text = _FOR.sub(for_each, instruction)
     text = _GREETED.sub(lambda match: replaced(match, match[2], f"{match[1]}robot"), text)
+    text = _CALLED.sub(lambda match: replaced(match, match[1], ""), text)
     text = _OWNER.sub(lambda match: replaced(match, match[1], "my"), text)
     return text, tuple(f"read `{name}` as the name of a person" for name in account)

@@ -32,7 +32,7 @@ def rephrased(tokens: Words) -> Words:
         The sentence, without `both`; with `once you have` before an act that is to be over, and
         with `do not` before one that is prohibited.
     """
-    tokens = _without_preparation(_without_both(_with_speaker(tokens)))
+    tokens = _with_duty_of_each(_without_preparation(_without_both(_with_speaker(tokens))))
     return _with_prohibitions(_with_perfect(_without_all(tokens)))
 
 
@@ -50,6 +50,19 @@ def _without_both(tokens: Words) -> Words:
         end = at + (3 if tokens[at + 1 : at + 3] == ("of", "them") else 1)
         if word == "both" and tokens[end : end + 1] == (COMMA,) and "and" in tokens[end:]:
             return tokens[:at] + tokens[end + 1 :]
+    return tokens
+
+
+def _with_duty_of_each(tokens: Words) -> Words:
+    """Write `the can and the block should be brought` as `the can should be brought and the block …`."""
+    for at in range(3, len(tokens)):
+        subjects = tokens[:at]
+        if not english.DUTIES.starting(tokens, at) or COMMA in subjects or subjects.count("and") != 1:
+            continue
+        joint = subjects.index("and")
+        both = subjects[:joint], subjects[joint + 1 :]
+        if all(one and one[0] in english.DETERMINERS and len(one) <= _MAX_THING_WORDS for one in both):
+            return (*both[0], *tokens[at:], "and", *both[1], *tokens[at:])
     return tokens
 
 

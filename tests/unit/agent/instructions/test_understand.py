@@ -82,6 +82,9 @@ def test_instructions_of_many_styles_mean_what_a_person_expects_and_none_moves_w
         ("The can is in the fridge, please fetch it.", None),
         ("The can is on the left, please fetch it.", None),
         ("Stack the blocks.", None),
+        ("If the table is dirty, clean.", ("clean_table.clean_table(region = whole)",)),
+        ("If the table is dirty, fetch.", None),
+        ("Clean.", None),
     ],
 )
 def test_words_that_stand_for_others_mean_what_was_named_before(
@@ -91,7 +94,7 @@ def test_words_that_stand_for_others_mean_what_was_named_before(
     assert tuple(line.partition(":")[0] for line in found) == (meaning or ())
 
 
-def test_what_is_left_alone_may_be_a_part_of_the_thing_before() -> None:
+def test_a_part_of_the_thing_before_may_be_left_alone() -> None:
     found = understand("Clean the left side, leave the right as it is.", reference_modules())
     assert [one.formal_text for one in found.prohibited] == ["clean_table.clean_table(region = right)"]
 

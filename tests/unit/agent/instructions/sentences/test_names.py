@@ -13,6 +13,8 @@ KNOWN = frozenset({"robot", "table", "me", "guests"})
         ("Make a dumpling for Mia.", "Make a dumpling for her."),
         ("Two dumplings for Mia and Tom, please.", "Two dumplings for them, please."),
         ("Hey Robbie, clean it.", "Hey robot, clean it."),
+        ("Clean the table, Robbie.", "Clean the table."),
+        ("Clean the table, Robbie, and cook.", "Clean the table, Robbie, and cook."),
         ("Leave Leo's block alone.", "Leave my block alone."),
         ("Make a dumpling for Friday.", "Make a dumpling for Friday."),
         ("Make a dumpling for Guests.", "Make a dumpling for Guests."),

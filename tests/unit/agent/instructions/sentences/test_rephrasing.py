@@ -24,6 +24,7 @@ from aeros.agent.instructions.sentences.rephrasing import rephrased
         ("clean all of it", "clean it"),
         ("bring both the can and the block", "bring the can and the block"),
         ("clean both tables", "clean both tables"),
+        ("the can and the tea should be brought", "the can should be brought and the tea should be brought"),
         ("bring both of them , the can and the block", "bring the can and the block"),
         ("find the can and bring it here", "bring the can here"),
         ("please look for the can , then put it down", "please put the can down"),
