@@ -17,9 +17,9 @@ _FOR: Final = re.compile(
 _GREETED: Final = re.compile(
     r"(?<![^\s.!?,])((?:[Hh]ey|[Hh]i|[Hh]ello|[Oo]kay|[Oo]k|OK|[Dd]ear) )([A-Z][a-z]+)(?=[,!.])"
 )
-_CALLED: Final = re.compile(r", ([A-Z][a-z]+)(?=[.!?]|$)")
+_CALLED: Final = re.compile(r", ([A-Z][a-z]+)(?=\?)")
 _OWNER: Final = re.compile(r"(?<=[a-z] )([A-Z][a-z]+)['\u2019]s(?= [a-z])")
-_TIMES: Final = frozenset(
+_NO_NAMES: Final = frozenset(
     {
         *(
             "monday",
@@ -33,10 +33,23 @@ _TIMES: Final = frozenset(
             "easter",
         ),
         *("january", "february", "march", "april", "may", "june", "july", "august", "september", "october"),
+        *(
+            "abort",
+            "disregard",
+            "halt",
+            "kidding",
+            "joking",
+            "nah",
+            "negative",
+            "nope",
+            "undo",
+            "wait",
+            "whoa",
+        ),
         *("november", "december", "today", "tomorrow", "tonight", "later", "lunch", "dinner", "breakfast"),
     }
 )
-"""Words with a capital letter that name a time."""
+"""Words with a capital letter that name a time, or may take back what is asked for."""
 
 
 def without_names(instruction: str, is_known: Callable[[str], bool]) -> tuple[str, tuple[str, ...]]:
@@ -53,7 +66,7 @@ def without_names(instruction: str, is_known: Callable[[str], bool]) -> tuple[st
 
     def is_name(word: str) -> bool:
         spoken = normalized_words(word)
-        return len(spoken) == 1 and spoken[0] not in _TIMES and not is_known(spoken[0])
+        return len(spoken) == 1 and spoken[0] not in _NO_NAMES and not is_known(spoken[0])
 
     def replaced(match: re.Match[str], name: str, other: str) -> str:
         if not is_name(name):
