@@ -104,8 +104,8 @@ def choose_piece(
         region: the part of the table to clean.
         table: height of the table, m.
     """
-    fitting = [one for one in loose if _fits_the_hand(one)]
-    others = [one for one in loose if not _fits_the_hand(one)]
+    fitting = [one for one in loose if _fits_the_hand(one, table)]
+    others = [one for one in loose if not _fits_the_hand(one, table)]
     values: dict[str, Any] = {"clutter_ungraspable": bool(others)}
     if others:
         values["clutter_ungraspable_position"] = estimate(raise_place(others[0].place, table), UNCERTAINTY)
@@ -121,9 +121,13 @@ def choose_piece(
     }
 
 
-def _fits_the_hand(piece: Piece) -> bool:
+def _fits_the_hand(piece: Piece, table: float) -> bool:
+    """Return True if the hand can grip a piece on a table of that height, m.
+
+    On a lower table the fingertips stay where the site ends their way, and do not come as near to it.
+    """
     is_small = all(side < most for side, most in zip(piece.sides, GRASPABLE, strict=True))
-    return is_small and piece.sides[2] >= LEAST_GRIPPED
+    return is_small and piece.sides[2] + min(table, 0.0) >= LEAST_GRIPPED
 
 
 def _headings(piece: Piece) -> tuple[float, ...]:

@@ -66,7 +66,7 @@ HOVER = 0.008
 """Height of the sponge over the table between strokes, m: a slide begins off the surface."""
 
 LOWEST = 0.0125
-"""Height of the lowest grasp in the world frame, m: the site's `table_area` begins at 12 mm."""
+"""Height of the lowest grasp over a table as it was surveyed, m: the site's `table_area` begins at 12 mm."""
 
 CLUTTER_GRASP = 0.004
 """Height of the grasp above the middle of clutter, m: fingertips stay clear of the table."""
@@ -387,7 +387,9 @@ def _bin_clutter(observed: Observation, pace: float, offset: tuple[float, float]
     yaw, (dx, dy) = _grip_yaw(observed), _away_from_the_bin(observed)
     aside = min(max(0.0, _room_missing(observed)), GRIP_ASIDE)
     nearest = min(observed["base_position"][0] + NEAREST, x + GRIP_ASIDE)
-    grasp = (max(x + aside * dx, nearest), y + aside * dy, max(z + CLUTTER_GRASP, LOWEST))
+    # The site's limit does not sink with a lower table.
+    lowest = LOWEST + max(_lift(observed), 0.0)
+    grasp = (max(x + aside * dx, nearest), y + aside * dy, max(z + CLUTTER_GRASP, lowest))
     observed = yield from _grasp(observed, pace, grasp, yaw, 0.02)
     observed = yield from _rise(observed, pace, yaw)
     observed = yield from _sense(observed, "holding")

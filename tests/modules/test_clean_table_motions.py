@@ -182,3 +182,11 @@ def test_a_table_whose_sponge_is_overturned_is_looked_at_and_nothing_is_gripped(
 def test_a_lifted_table_lifts_the_places_that_were_surveyed() -> None:
     low, high = (drop_of(binned({**piece(0.5, -1.2), "table_lift": lift}))[2] for lift in (0.0, 0.02))
     assert high - low == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize(("lift", "height"), [(0.0, 0.0125), (0.02, 0.0325), (-0.02, 0.0125)])
+def test_a_flat_piece_is_gripped_over_the_table_and_not_below_the_sites_limit(
+    lift: float, height: float
+) -> None:
+    flat = {**piece(0.5, -1.2), "clutter_position": (0.5, -1.2, lift + 0.005), "table_lift": lift}
+    assert grasp_of(binned(flat))[0][2] == pytest.approx(height)

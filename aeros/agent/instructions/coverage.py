@@ -14,6 +14,8 @@ from aeros.agent.planning.routing import RoutedTask
 ONE: Final = ("one",)
 """Pronoun for a thing of the kind of the request before, as in `make one`."""
 
+_THAT: Final = frozenset({"that", "this"})
+
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
@@ -60,7 +62,18 @@ class Coverage:
     @property
     def names_pronoun(self) -> bool:
         """True if a pronoun stands for what it acts on."""
-        return any(one[0] in english.PRONOUNS or one == ONE for one in self.objects if len(one) == 1)
+        is_pronoun = any(one[0] in english.PRONOUNS or one == ONE for one in self.objects if len(one) == 1)
+        return (
+            is_pronoun
+            or self.places_it
+            or self.names_that_part
+            or any(one in english.WHOLE_PRONOUNS for one in self.objects)
+        )
+
+    @property
+    def names_that_part(self) -> bool:
+        """True if words stand for the part that the request before is about: `that half`."""
+        return any(one[0] in _THAT and one[1:2] and one[1] in english.PART_PRONOUNS for one in self.objects)
 
     def repeats(self, last: RoutedTask | None) -> bool:
         """Check if the words only name another object of the request before: `the can and the block`.
@@ -72,19 +85,40 @@ class Coverage:
             True if the same task is asked for again, with that object.
         """
         is_same = last is not None and self.entry.routed.covers(last)
+        if is_same and self.places_it:
+            return True
         return is_same and self.is_object_alone and (self.values.is_specific or self.values.names_part)
+
+    @property
+    def is_verb_alone(self) -> bool:
+        """True if the words only ask for the task, of a thing that was named before: `if …, clean`."""
+        is_more = self.objects or self.unknown or self.counts or self.repetitions or self.values.fault
+        is_wish = any(one[0] in ("i", "we") for one in self.triggers)
+        return bool(self.triggers) and not (is_more or is_wish or self.values.stated)
+
+    @property
+    def places_it(self) -> bool:
+        """True if the words say only where to put the object of the request before: `deliver right`."""
+        leaves_nothing = not (self.unknown or self.counts or self.repetitions or self.values.fault)
+        is_whole = self.puts and bool(self.entry.objects) and leaves_nothing
+        return is_whole and not self.objects and self.values.names_place and not self.describes_place
+
+    @property
+    def puts(self) -> bool:
+        """True if a verb says to put something somewhere."""
+        verbs = (
+            form
+            for one in self.triggers
+            for form in english.base_forms(one[0]) | english.participle_bases(one[0])
+        )
+        return not english.PUTTING_VERBS.isdisjoint(verbs)
 
     @property
     def is_whole(self) -> bool:
         """True if the words ask for the task, name an object if it needs one, and leave nothing over."""
         names_object = bool(self.objects) or not self.entry.objects
         leaves_nothing = not (self.unknown or self.counts or self.repetitions or self.values.fault)
-        puts = english.PUTTING_VERBS.intersection(
-            form
-            for one in self.triggers
-            for form in english.base_forms(one[0]) | english.participle_bases(one[0])
-        )
-        may_describe = self.describes_place and not puts
+        may_describe = self.describes_place and not self.puts
         return bool(self.triggers) and names_object and leaves_nothing and not may_describe
 
     def is_whole_without_verb(self, *, is_light: bool) -> bool:

@@ -64,6 +64,7 @@ class _Cover:
             self._label,
             self._possessive,
             self._pronoun,
+            self._extent_of_pronoun,
             self._beneficiary,
             self._number,
             self._universal,
@@ -189,6 +190,11 @@ class _Cover:
 
     def _pronoun(self, at: int) -> int:
         word = self._words[at]
+        part = self._words[at + 1 : at + 2]
+        is_that_part = word in ("that", "this") and part and part[0] in english.PART_PRONOUNS
+        if is_that_part and (self._knows_pronoun or self._stated.names_part):
+            self._add_object((word, *part))
+            return 2
         # A task without objects acts on one thing only.
         # In `the table, please clean it`, too, it can only mean that.
         # `the left half of it` says of nothing that it is a half.
@@ -197,6 +203,10 @@ class _Cover:
         if word in english.PRONOUNS and (is_known or not self._entry.objects):
             self._add_object((word,))
             return 1
+        whole = english.WHOLE_PRONOUNS.starting(self._words, at)
+        if whole and self._knows_pronoun:
+            self._add_object(whole)
+            return len(whole)
         if word == "there" and self._knows_pronoun:
             return 1
         if word in self._particles and self._triggers and self._objects:
@@ -209,6 +219,12 @@ class _Cover:
             is_of_verb = any((verb, word) in self._entry.triggers for verb in verbs)
             return int(is_of_verb and self._words[at - 1] not in english.DETERMINERS)
         return 0
+
+    def _extent_of_pronoun(self, at: int) -> int:
+        """Cover `every bit of` before `it`."""
+        found = english.EXTENTS.starting(self._words, at)
+        is_of_it = found[-1:] == ("of",) and self._words[at + len(found) :][:1] == ("it",)
+        return len(found) if is_of_it and (self._knows_pronoun or self._objects) else 0
 
     def _beneficiary(self, at: int) -> int:
         """Cover who gets it, directly behind the verb: `make him a tea`."""

@@ -36,6 +36,10 @@ ASIDES: Final = _phrases("asides")
 CORRECTIONS: Final = _phrases("corrections")
 WEAK_CORRECTIONS: Final = _phrases("weak_corrections")
 PRONOUNS: Final = _words("pronouns")
+PART_PRONOUNS: Final = _words("part_pronouns")
+WHOLE_PRONOUNS: Final = _phrases("whole_pronouns")
+COUNTED_WISHES: Final = _phrases("counted_wishes")
+PREPARATIONS: Final = _phrases("preparations")
 NEGATIVES: Final = _words("negatives")
 UNIVERSAL: Final = _words("universal")
 QUESTIONS: Final = _words("questions")
@@ -138,7 +142,7 @@ def number_of(word: str) -> int | None:
 
 
 def respelt(words: Words) -> Words:
-    """Correct courtesy words that are often misspelt, such as `plese`.
+    """Correct courtesy words that are often misspelt, such as `plese`, and part `gimme` into its words.
 
     Args:
         words: words of an instruction.
@@ -146,7 +150,8 @@ def respelt(words: Words) -> Words:
     Returns:
         The words; none that a module declares is changed.
     """
-    return tuple("please" if _LONG_PLEASE.fullmatch(word) else _MISSPELT.get(word, word) for word in words)
+    spelt = ("please" if _LONG_PLEASE.fullmatch(word) else _MISSPELT.get(word, word) for word in words)
+    return tuple(word for text in spelt for word in text.split())
 
 
 def is_plural(word: str) -> bool:

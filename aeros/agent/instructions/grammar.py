@@ -31,7 +31,7 @@ from aeros.agent.instructions.sentences.clauses import (
     strip_openers,
 )
 from aeros.agent.instructions.sentences.rephrasing import rephrased
-from aeros.agent.instructions.sentences.spoken_sentences import spoken_sentences
+from aeros.agent.instructions.sentences.spoken_sentences import spoken_sentences, with_labelled_values
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
 
@@ -54,6 +54,7 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
     if len(normalized_words(instruction)) > MAX_WORDS:
         raise InstructionError(f"the instruction has more than {MAX_WORDS} words")
     spoken = [one for one in spoken_sentences(instruction) if strip_closers(one[0])]
+    spoken = list(with_labelled_values(spoken))
     spoken = [one for one in spoken if not _is_courtesy(one[0])] or spoken
     # `Two teas, please. Go.`
     spoken = [one for at, one in enumerate(spoken) if at == 0 or strip_openers(one[0])]
@@ -171,7 +172,7 @@ _POLITE: Final = frozenset({"please", "pls", "plz", "kindly"})
 
 def _is_order(whole: Words) -> bool:
     """Return True for `two teas`, which asks for them; thanks may be for others."""
-    first = strip_openers(whole)[:1]
+    first = strip_openers(_without_greeting(whole))[:1]
     is_number = any(english.number_of(word.removeprefix("x")) is not None for word in first)
     return is_number and first not in english.INDEFINITE and _THANKS.isdisjoint(whole)
 

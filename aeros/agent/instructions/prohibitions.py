@@ -16,6 +16,9 @@ from aeros.agent.instructions.segments import Segment
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 
+_OF_THINGS: Final = frozenset({"without", "skip", "omit"})
+"""First words of prohibitions that may name only a part of what was named before, as `leave the right` is."""
+
 _ALSO_NOT: Final = frozenset({"nor"})
 """Words that go on with a prohibition, as in `do not … nor …`."""
 
@@ -58,6 +61,13 @@ def prohibited_tasks(
             for one in coverages
             if one.triggers and all(word in english.UNIVERSAL for word in one.unknown)
         ]
+        if last is not None and not possible and segment.marker[0] in _OF_THINGS:
+            # `clean the left side, and leave the right`
+            possible = [
+                one.prohibited
+                for one in coverages
+                if one.entry.routed.covers(last) and one.values.names_place and not one.unknown
+            ]
         if not possible:
             raise not_covered(replace(segment, words=part), coverages)
         found += possible

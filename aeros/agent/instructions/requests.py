@@ -76,7 +76,8 @@ def read_request(
         by_topic = find_condition(condition, topic, is_own=True)
         meanings = [] if by_topic is None else [(topic, by_topic)]
     # The condition names an object, so `it` in the request may stand for that.
-    request = _read(segment, tasks, [*before, *(Errand(entry.routed) for entry, _ in meanings[:1])])
+    context = [*before, *(Errand(entry.routed) for entry, _ in meanings[:1])]
+    request = _read(segment, tasks, context, may_elide=bool(meanings))
     routed = request.errand.routed
     asked = next(entry for entry in tasks if entry.routed.covers(routed))
     own = find_condition(condition, asked, is_own=True)
@@ -101,8 +102,10 @@ def read_request(
     )
 
 
-def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> Request:
-    """Find the one task that covers a request.
+def _read(
+    segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand], *, may_elide: bool = False
+) -> Request:
+    """Find the one task that covers a request; its object may be left out if its condition has named it.
 
     Raises:
         AmbiguousInstructionError: several tasks cover it.
@@ -139,6 +142,9 @@ def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Erran
                 if (one.is_whole and (one.starts_with_object or not form.needs_object_first))
                 or one.repeats(last)
             ] or [one for one in coverages if one.is_whole_without_verb(is_light=segment.is_light)]
+            if may_elide and last is not None and not whole:
+                named = [one for one in coverages if has_object_of(one.entry.routed, last)]
+                whole = [one for one in named if one.is_verb_alone]
             if len(whole) == 1:
                 return _with_arguments(segment, whole[0], last)
             if whole:
@@ -181,12 +187,15 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
     routed = coverage.routed
     stated = frozenset(coverage.values.stated)
     is_same = last is not None and coverage.entry.routed.covers(last)
+    has_part = coverage.values.names_part or (last is not None and is_same and not _is_of_whole(last))
+    if coverage.names_that_part and not has_part:
+        raise InstructionError(f"{quoted(segment.text)} does not say which part; no part was named before")
     if last is not None and is_same and coverage.names_pronoun and not coverage.values.is_specific:
         parameters = routed.task.parameters
         # `the left half is dirty, so clean it`: `it` is that half, if the words say no other part.
         is_part = (
             not any(map(is_object, parameters.values())) and not stated and segment.link is not Link.THEN
-        )
+        ) or coverage.names_that_part
         before = {name: one for name, one in last.arguments.items() if is_part or is_object(parameters[name])}
         arguments = routed.task.complete_arguments({**routed.arguments, **before})
         return Request(Errand(replace(routed, arguments=arguments)), stated, only_refers=True)
@@ -208,3 +217,8 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
         )
     only_refers = coverage.names_pronoun or not coverage.triggers
     return Request(Errand(routed), stated, only_refers, bool(coverage.triggers))
+
+
+def _is_of_whole(routed: RoutedTask) -> bool:
+    """Return True if every argument is the default, so that no part is named."""
+    return all(routed.task.parameters[name].default == one for name, one in routed.arguments.items())

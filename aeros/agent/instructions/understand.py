@@ -26,6 +26,7 @@ from aeros.agent.instructions.merging import merged_requests
 from aeros.agent.instructions.named_task import named_tasks
 from aeros.agent.instructions.prohibitions import is_universal, prohibited_tasks
 from aeros.agent.instructions.reasons.plain_reasons import (
+    is_topic,
     require_no_retraction,
     require_plain_reason,
     without_statements,
@@ -40,6 +41,7 @@ from aeros.agent.instructions.refusals import (
 from aeros.agent.instructions.requests import Request, read_request
 from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
 from aeros.agent.instructions.sentences.corrections import without_corrections
+from aeros.agent.instructions.sentences.names import without_names
 from aeros.agent.instructions.spelling import unknown_words, without_slips
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
@@ -72,11 +74,12 @@ def understand(
         raise ambiguous_tasks(instruction, named)
     if named:
         return Understanding(instruction, (Errand(named[0]),))
-    text, slips = without_slips(instruction, tasks)
+    text, names = without_names(instruction, lambda word: not unknown_words(word, tasks))
+    text, slips = without_slips(text, tasks)
     try:
         text, corrections = without_corrections(text, tasks, lambda words: _understand(words, tasks))
         meaning = _understand(text, tasks)
-        account = (*slips, *corrections, *meaning.account)
+        account = (*names, *slips, *corrections, *meaning.account)
         return replace(meaning, instruction=instruction, account=account)
     except (AmbiguousInstructionError, NothingAskedError):
         raise
@@ -155,6 +158,8 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     pending = list(parse_instruction(instruction))
     while pending:
         sentence, own_reasons = without_statements(pending.pop(0), tasks)
+        if pending and is_topic(sentence, pending[0], tasks):
+            own_reasons, sentence = [*own_reasons, *sentence], ()
         if errands:
             require_no_retraction(own_reasons, tasks)
         reasons += own_reasons

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.conditions import find_condition
 from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
 from aeros.agent.planning.routing import RoutedTask
@@ -38,6 +40,27 @@ def without_statements(sentence: Sentence, tasks: Sequence[TaskPhrases]) -> tupl
     return tuple(kept), reasons
 
 
+def is_topic(sentence: Sentence, following: Sentence, tasks: Sequence[TaskPhrases]) -> bool:
+    """Check if a sentence only names what the next one is about: `the table! clean it!`.
+
+    Args:
+        sentence: the segments of the sentence.
+        following: those of the next one.
+        tasks: all tasks.
+
+    Returns:
+        True if it names one object and no number, and the next sentence has a pronoun for it.
+    """
+    if len(sentence) != 1 or sentence[0].mood is not Mood.REQUEST or not following:
+        return False
+    if following[0].mood is not Mood.REQUEST or english.PRONOUNS.isdisjoint(following[0].words):
+        return False
+    found = [cover(entry, sentence[0].words, knows_pronoun=False) for entry in tasks]
+    alone = [one for one in found if one.is_object_alone]
+    says_more = any(one.values.numbers or one.values.names_place or one.names_pronoun for one in alone)
+    return bool(alone) and not says_more
+
+
 def require_plain_reason(
     reason: Segment, tasks: Sequence[TaskPhrases], asked_for: Sequence[RoutedTask]
 ) -> None:
@@ -61,7 +84,11 @@ def require_plain_reason(
     # `the customers from town arrive at ten` speaks of no thing that the robot could be asked for.
     is_elsewhere = named.isdisjoint(words)
     refused |= frozenset() if reason.link is Link.ADJUNCT or is_elsewhere else english.PLACES
-    doubtful = [word for word in words if word in refused and not is_stated]
+    doubtful = [
+        word
+        for at, word in enumerate(words)
+        if word in refused and not is_stated and not _is_known_place(words[at:], tasks, asked_for)
+    ]
     asked = [
         entry.routed
         for entry in tasks
@@ -72,6 +99,24 @@ def require_plain_reason(
         why = quoted(doubtful[0]) if doubtful else f"`{asked[0]}`"
         text = " ".join((*reason.marker, *words))
         raise InstructionError(f"it is not clear if {quoted(text)} is only a reason, because of {why}")
+
+
+def _is_known_place(words: Words, tasks: Sequence[TaskPhrases], asked_for: Sequence[RoutedTask]) -> bool:
+    """Return True for `on the stand` if the task that is asked for finds its object there in any case."""
+    place = tuple(word for word in words[1:] if word not in english.DETERMINERS)
+    known = {
+        tuple(word for word in phrase if word not in english.DETERMINERS | english.POSITIONS)
+        for entry in tasks
+        if any(entry.routed.covers(one) for one in asked_for)
+        for phrase in (*entry.objects, *entry.extras)
+        if phrase in entry.objects or phrase[0] in english.POSITIONS
+    }
+    is_known = any(place[: len(one)] == one and set(place[len(one) :]) <= _EARLIER for one in known if one)
+    return words[0] in english.POSITIONS and is_known
+
+
+_EARLIER: Final = frozenset({"again", "already", "earlier", "today", "yesterday"})
+"""Words that a reason may end with."""
 
 
 def require_no_retraction(reasons: Sequence[Segment], tasks: Sequence[TaskPhrases]) -> None:

@@ -11,6 +11,9 @@ from typing import Final
 from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
 
+_SHORT_CAUSATIVE: Final = 3
+"""Words of the causatives that may begin a statement, too, as `i need` may."""
+
 _SPEAKERS: Final = frozenset({"i", "we"})
 _PERSONS: Final = frozenset({"i", "we", "he", "she", "they", "everyone", "everybody", "someone", "somebody"})
 _THINGS: Final = frozenset({"it", "this", "that", "there", "these", "those"})
@@ -36,6 +39,8 @@ def is_statement(words: Words) -> bool:
         return False
     if words[0] not in _PERSONS and not english.NEGATIVES.isdisjoint(words):
         return False
+    if len(english.CAUSATIVES.starting(words)) > _SHORT_CAUSATIVE:
+        return False  # `it is high time the table was cleaned`
     if words[0] in english.FILLERS:
         return False  # `please have it cleaned`
     first, second = words[0], words[1]
@@ -65,7 +70,9 @@ def is_statement(words: Words) -> bool:
 
 def _is_can(words: Words, at: int) -> bool:
     """Return True for the noun `can`."""
-    return words[at] == "can" and (words[at + 1 :] == () or words[at + 1] in english.FINITE)
+    after = words[at + 1 : at + 2]
+    is_place = bool(after) and after[0] in english.POSITIONS
+    return words[at] == "can" and (not after or is_place or after[0] in english.FINITE)
 
 
 def _is_wish_of_others(words: Words) -> bool:

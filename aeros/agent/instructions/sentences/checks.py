@@ -121,7 +121,7 @@ def _with_questions(tokens: Words) -> Words:
         asked = english.ASKS_IF.starting(tokens, at)
         written += (*asked[:-1], "whether") if asked else tokens[at : at + 1]
         at += len(asked) or 1
-        if asked and tokens[at : at + 2] == ("it", "s"):
+        if written[-1:] == ["whether"] and tokens[at : at + 2] == ("it", "s"):
             written += ("it", "is")
             at += 2
     return tuple(written)

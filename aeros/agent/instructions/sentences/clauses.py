@@ -102,6 +102,8 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
     while True:
         opener = english.OPENERS.starting(tokens, position)
         prohibition = english.PROHIBITIONS.starting(tokens, position)
+        if prohibition == ("drop",) and _says_where_to(tokens[position + 1 :]):
+            prohibition = ()  # `drop it on the left`
         if prohibition and len(prohibition) >= len(opener):
             start = position + len(prohibition)
             while opener := english.OPENERS.starting(tokens, start):
@@ -120,6 +122,14 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
                     )
                 return position + len(condition), Mood.CONDITION, condition
         return position, Mood.REQUEST, ()
+
+
+def _says_where_to(rest: Words) -> bool:
+    """Return True for `it on the left`."""
+    return rest[:1] in (("it",), ("them",)) and bool(rest[1:2]) and rest[1] in _TO_PLACES
+
+
+_TO_PLACES: Final = english.POSITIONS | english.DIRECTIONS
 
 
 def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]:

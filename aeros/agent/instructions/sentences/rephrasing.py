@@ -32,7 +32,8 @@ def rephrased(tokens: Words) -> Words:
         The sentence, without `both`; with `once you have` before an act that is to be over, and
         with `do not` before one that is prohibited.
     """
-    return _with_prohibitions(_with_perfect(_without_all(_without_both(_with_speaker(tokens)))))
+    tokens = _with_duty_of_each(_without_preparation(_without_both(_with_speaker(tokens))))
+    return _with_prohibitions(_with_perfect(_without_all(tokens)))
 
 
 def _with_speaker(tokens: Words) -> Words:
@@ -45,7 +46,51 @@ def _without_both(tokens: Words) -> Words:
     for at, word in enumerate(tokens[:-1]):
         if word == "both" and tokens[at + 1] in english.DETERMINERS and "and" in tokens[at:]:
             return tokens[:at] + tokens[at + 1 :]
+        # `bring both of them: the can and the block`
+        end = at + (3 if tokens[at + 1 : at + 3] == ("of", "them") else 1)
+        if word == "both" and tokens[end : end + 1] == (COMMA,) and "and" in tokens[end:]:
+            return tokens[:at] + tokens[end + 1 :]
     return tokens
+
+
+def _with_duty_of_each(tokens: Words) -> Words:
+    """Write `the can and the block should be brought` as `the can should be brought and the block …`."""
+    for at in range(3, len(tokens)):
+        subjects = tokens[:at]
+        if not english.DUTIES.starting(tokens, at) or COMMA in subjects or subjects.count("and") != 1:
+            continue
+        joint = subjects.index("and")
+        both = subjects[:joint], subjects[joint + 1 :]
+        if all(one and one[0] in english.DETERMINERS and len(one) <= _MAX_THING_WORDS for one in both):
+            return (*both[0], *tokens[at:], "and", *both[1], *tokens[at:])
+    return tokens
+
+
+def _without_preparation(tokens: Words) -> Words:
+    """Write `find the can and bring it here` as `bring the can here`: the robot finds it in any case."""
+    at = 0
+    while not (found := english.PREPARATIONS.starting(tokens, at)):
+        opener = english.OPENERS.starting(tokens, at)
+        if not opener:
+            return tokens
+        at += len(opener)
+    begin = at + len(found)
+    end = next((to for to in range(begin, len(tokens)) if tokens[to] in _JOINTS), len(tokens))
+    thing, rest = tokens[begin:end], tokens[end:]
+    while rest and rest[0] in _JOINTS:
+        rest = rest[1:]
+    its = [to for to, word in enumerate(rest) if word in ("it", "them")]
+    if not its or its[0] > _MAX_VERB_WORDS or not 1 <= len(thing) <= _MAX_THING_WORDS:
+        return tokens
+    if not english.POSITIONS.union(english.DIRECTIONS).isdisjoint(thing):
+        return tokens
+    return tokens[:at] + rest[: its[0]] + thing + rest[its[0] + 1 :]
+
+
+_JOINTS: Final = frozenset({COMMA, "and", "then"})
+_MAX_VERB_WORDS: Final = 2
+"""Limit on the words before `it` in what is done with a thing: `put down`."""
+_MAX_THING_WORDS: Final = 4
 
 
 def _without_all(tokens: Words) -> Words:

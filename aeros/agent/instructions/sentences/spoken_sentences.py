@@ -70,6 +70,27 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
             tokens = []
 
 
+def with_labelled_values(sentences: Sequence[tuple[Words, bool]]) -> Iterator[tuple[Words, bool]]:
+    """Join `destination: left` with the sentence before, whose request it says more about.
+
+    Args:
+        sentences: the sentences.
+
+    Yields:
+        The sentences; `fetch the can, destination left` for `fetch the can. destination: left`.
+    """
+    nouns = english.PLACE_NOUNS | english.COUNT_NOUNS
+    joined: list[tuple[Words, bool]] = []
+    for tokens, is_question in sentences:
+        is_value = tokens[:1] and tokens[0] in nouns and tokens[1:2] == (COLON,) and len(tokens) > 2
+        if joined and is_value and not is_question and COMMA not in tokens:
+            before, was_question = joined.pop()
+            joined.append(((*before, COMMA, tokens[0], *tokens[2:]), was_question))
+        else:
+            joined.append((tokens, is_question))
+    yield from joined
+
+
 def _ends_in_link(tokens: Sequence[str]) -> bool:
     """Return True for `…, and then`, after which a pause parts nothing."""
     return COMMA in tokens and english.SEQUENCE.ending(tuple(tokens)) == tuple(tokens[_last_pause(tokens) :])

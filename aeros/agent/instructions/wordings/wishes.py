@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.wordings.wording import WANT, Wording
-
-_ABOUT: Final = (("how", "about"), ("what", "about"))
 
 
 def wishes(wording: Wording) -> Iterator[Wording]:
@@ -23,10 +20,11 @@ def wishes(wording: Wording) -> Iterator[Wording]:
     words = wording.words
     if wish := english.WISHES.starting(words):
         yield wording.with_words(WANT + words[len(wish) :])
-    if words[:2] in _ABOUT and (
-        words[2:3] in english.INDEFINITE or english.number_of("".join(words[2:3])) is not None
-    ):
-        yield wording.with_words(WANT + words[2:])  # `how about two teas`
+    # `how about two teas`, `i ll take two teas`, `give me a tea`
+    marker = english.COUNTED_WISHES.starting(words)
+    counted = words[len(marker) : len(marker) + 1]
+    if marker and (counted in english.INDEFINITE or english.number_of("".join(counted)) is not None):
+        yield wording.with_words(WANT + words[len(marker) :])
     if end := english.WISH_ENDS.ending(words):
         yield wording.with_words(WANT + words[: -len(end)])
         yield wording.with_words(words[: -len(end)])

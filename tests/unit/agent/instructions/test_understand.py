@@ -58,6 +58,47 @@ def test_instructions_of_many_styles_mean_what_a_person_expects_and_none_moves_w
     assert counted["refusable: right"] > 150
 
 
+@pytest.mark.parametrize(
+    ("text", "meaning"),
+    [
+        ("The table! Clean it!", ("clean_table.clean_table(region = whole)",)),
+        ("The left half of the table! Clean it!", None),
+        ("Two dumplings! Clean it!", None),
+        (
+            "Clean the left half of the table. Now wipe that half.",
+            ("clean_table.clean_table(region = left)",),
+        ),
+        ("Clean the table. Wipe that half.", None),
+        ("Pick up the can. Deliver left.", ("fetch_object.fetch_object(object = red_can, to = left)",)),
+        ("Deliver left.", None),
+        (
+            "Take the can and drop it on the left.",
+            ("fetch_object.fetch_object(object = red_can, to = left)",),
+        ),
+        (
+            "I left the can on the stand, please fetch it.",
+            ("fetch_object.fetch_object(object = red_can, to = middle)",),
+        ),
+        ("The can is in the fridge, please fetch it.", None),
+        ("The can is on the left, please fetch it.", None),
+        ("Stack the blocks.", None),
+        ("If the table is dirty, clean.", ("clean_table.clean_table(region = whole)",)),
+        ("If the table is dirty, fetch.", None),
+        ("Clean.", None),
+    ],
+)
+def test_words_that_stand_for_others_mean_what_was_named_before(
+    text: str, meaning: tuple[str, ...] | None
+) -> None:
+    found = lines(text)
+    assert tuple(line.partition(":")[0] for line in found) == (meaning or ())
+
+
+def test_a_part_of_the_thing_before_may_be_left_alone() -> None:
+    found = understand("Clean the left side, leave the right as it is.", reference_modules())
+    assert [one.formal_text for one in found.prohibited] == ["clean_table.clean_table(region = right)"]
+
+
 PLAIN = sorted(text for text in EXPECTED.keys() - GROUPS["reasons"] if EXPECTED[text] != REFUSE)
 """Instructions that can be done, without reasons, whose words are free."""
 

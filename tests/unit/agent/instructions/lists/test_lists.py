@@ -32,6 +32,8 @@ FLOORS = {
     "unseen_6": 0.87,
     "unseen_7": 0.4,
     "unseen_8": 0.8,
+    "unseen_9": 0.9,
+    "unseen_10": 0.72,
     "authors_2": 0.95,
     "authors_3": 0.96,
     "authors_4": 0.97,

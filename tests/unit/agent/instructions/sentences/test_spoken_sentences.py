@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from aeros.agent.instructions.refusals import InstructionError
-from aeros.agent.instructions.sentences.spoken_sentences import spoken_sentences
+from aeros.agent.instructions.sentences.spoken_sentences import spoken_sentences, with_labelled_values
 
 
 @pytest.mark.parametrize(
@@ -34,3 +34,16 @@ def test_a_text_is_split_into_sentences_without_labels(text: str, sentences: lis
 def test_a_number_with_a_sign_is_refused(text: str) -> None:
     with pytest.raises(InstructionError, match="the number"):
         list(spoken_sentences(text))
+
+
+@pytest.mark.parametrize(
+    ("text", "sentences"),
+    [
+        ("Fetch the can. Destination: left.", ["fetch the can , destination left"]),
+        ("Destination: left.", ["destination : left"]),
+        ("Cook. Quantity: 2. Clean it.", ["cook , quantity 2", "clean it"]),
+    ],
+)
+def test_a_labelled_value_belongs_to_the_sentence_before(text: str, sentences: list[str]) -> None:
+    found = with_labelled_values(list(spoken_sentences(text)))
+    assert [" ".join(tokens) for tokens, _ in found] == sentences

@@ -13,6 +13,8 @@ from aeros.agent.instructions.wordings.wording import Wording
         ("dumplings would be nice", "i want dumplings"),
         ("how about two dumplings", "i want two dumplings"),
         ("make it two dumplings", "i want two dumplings"),
+        ("i ll take two dumplings", "i want two dumplings"),
+        ("the can is what i need", "i want the can"),
     ],
 )
 def test_words_are_read_in_another_form(words: str, other: str) -> None:
@@ -20,5 +22,6 @@ def test_words_are_read_in_another_form(words: str, other: str) -> None:
     assert other in [" ".join(one.words) for one in found]
 
 
-def test_other_words_have_no_other_form() -> None:
-    assert list(wishes(Wording(("fetch", "the", "can")))) == []
+@pytest.mark.parametrize("words", ["fetch the can", "i ll take the can", "how about the can"])
+def test_other_words_have_no_other_form(words: str) -> None:
+    assert list(wishes(Wording(tuple(words.split())))) == []
