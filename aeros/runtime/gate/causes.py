@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
@@ -103,7 +102,7 @@ class _Denial:
                 value_checkers(self._site.observed_variables), readings, now, frozenset(), self._values
             ),
         ):
-            deque(faults, maxlen=0)  # the reasons have them already
+            list(faults)  # the reasons have them already
 
     def causes(self, decision: Decision) -> Iterator[Cause]:
         for reason in decision.reasons:

@@ -6,7 +6,6 @@ again by the exact semantics, with which the gate agrees by definition. Pure.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -164,7 +163,7 @@ class Explainer:
             unpack_arguments(value_checkers(inputs), given, "", values),
             unpack_readings(self._state, readings, now, frozenset(self._state), values),
         ):
-            deque(faults, maxlen=0)
+            list(faults)
         return {name: Fraction(value) if type(value) is float else value for name, value in values.items()}
 
 
