@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from math import nextafter, pi
+from math import dist, hypot, inf, nextafter, pi
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from aeros.runtime.motion.bezier import Piece
+from aeros.runtime.motion.kinematic_bounds import norm
 from aeros.runtime.motion.swept_volume import BarrierBox, SweptMotion, ball_enclosures, find_breach, is_clear
 from aeros.runtime.ports import Ball, RobotBody, Vec3
 
@@ -114,6 +117,65 @@ def test_inside_a_barrier_both_ends_of_the_way_keep_their_distance(axis: int) ->
         assert is_clear(room, point, around, along, 1.5), edge
         assert not is_clear(room, point, around, along, 1.51), edge
     assert not is_clear(room, (11.0, 5.0, 5.0), NOWHERE, NOWHERE, 0.0)
+
+
+COORDINATES = st.floats(-3.0, 3.0)
+VECTORS = st.tuples(COORDINATES, COORDINATES, COORDINATES)
+SIZES = st.tuples(*[st.floats(0.0, 1.0)] * 3)
+
+
+def sampled_distance(barrier: BarrierBox, p: Vec3, edges: Vec3, way: Vec3) -> float:
+    """Least distance from a barrier of the box around a point, at 200 places of its way, m."""
+    least = inf
+    for number in range(201):
+        rows = [
+            (c + number / 200 * w - e, c + number / 200 * w + e, low, high)
+            for c, w, e, low, high in zip(p, way, edges, barrier.lower, barrier.upper, strict=True)
+        ]
+        if barrier.keep_inside:
+            least = min(least, *(min(a - low, high - b) for a, b, low, high in rows))
+        else:
+            least = min(least, hypot(*(max(low - b, a - high, 0.0) for a, b, low, high in rows)))
+    return least
+
+
+@pytest.mark.parametrize("inside", [False, True])
+@given(p=VECTORS, edges=SIZES, way=VECTORS, upper=SIZES, room=st.floats(1e-3, 1.0))
+def test_a_point_is_clear_iff_its_sampled_way_is(
+    inside: bool, p: Vec3, edges: Vec3, way: Vec3, upper: Vec3, room: float
+) -> None:
+    lower = (-0.25, -0.5, -0.125)
+    barrier = box(lower, upper, inside=inside)
+    if inside:
+        barrier = box((-3.0, -2.5, -2.0), (3.0 + upper[0], 3.0 + upper[1], 3.0 + upper[2]), inside=True)
+    distance = sampled_distance(barrier, p, edges, way)
+    between_samples = 2.0 * norm(way) / 200
+    if is_clear(barrier, p, edges, way, room):
+        assert distance >= room - 1e-9
+    else:
+        # The way is halved until its pieces are 1 mm long at most.
+        assert distance < room + 1e-3 + between_samples
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_the_way_is_halved_down_to_a_millimetre(axis: int, sign: float) -> None:
+    """Past an edge of the barrier at 45 degrees, at 0.5 m from it: the box around a piece is nearer."""
+    other = (axis + 1) % 3
+    p, way = [0.5] * 3, [0.0] * 3
+    p[axis], p[other] = 0.5 + sign * 0.5, 1.0
+    corner = (p[0], p[1], p[2])
+    outward = 0.5**0.5
+    for step in (axis, other):
+        p[step] += (sign if step == axis else 1.0) * 0.5 * outward
+    way[axis], way[other] = -sign * 0.5, 0.5
+    start, whole = (p[0], p[1], p[2]), (way[0], way[1], way[2])
+    back = (start[0] - way[0], start[1] - way[1], start[2] - way[2])
+    double = (2.0 * way[0], 2.0 * way[1], 2.0 * way[2])
+    assert dist(start, corner) == pytest.approx(0.5)
+    for first, along in ((start, whole), (back, double)):
+        assert is_clear(UNIT, first, NOWHERE, along, 0.499)
+        assert not is_clear(UNIT, first, NOWHERE, along, 0.5001)
 
 
 # Enclosures.
