@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, Reason
-from aeros.runtime.gate.request_check import unpack_arguments, unpack_readings
+from aeros.runtime.gate.request_check import collect_arguments, unpack_readings
 from aeros.runtime.gate.value_check import Scalars, value_checkers
 from aeros.runtime.gate.violation import MotionDeviation, RuleViolation
 from aeros.runtime.ports import Readings
@@ -95,14 +95,10 @@ class _Denial:
         parameters: Mapping[str, Declared] = {} if kind is None else kind.parameters
         inputs = {} if self._skill is None else self._skill.inputs
         given = {f"inputs.{name}": value for name, value in caller.inputs.items()}
-        for faults in (
-            unpack_arguments(value_checkers(parameters), requested_action.parameters, "", self._values),
-            unpack_arguments(value_checkers(inputs), given, "", self._values),
-            unpack_readings(
-                value_checkers(self._site.observed_variables), readings, now, frozenset(), self._values
-            ),
-        ):
-            list(faults)  # the reasons have them already
+        collect_arguments(value_checkers(parameters), requested_action.parameters, self._values)
+        collect_arguments(value_checkers(inputs), given, self._values)
+        state = value_checkers(self._site.observed_variables)
+        list(unpack_readings(state, readings, now, frozenset(), self._values))  # the reasons have the faults
 
     def causes(self, decision: Decision) -> Iterator[Cause]:
         for reason in decision.reasons:

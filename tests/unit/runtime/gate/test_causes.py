@@ -11,6 +11,7 @@ from aeros.runtime.gate.causes import denial_causes, stop_cause
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
 from aeros.runtime.gate.violation import MotionDeviation, RuleViolation
+from aeros.skill import Action
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause, file_and_line
 from aeros.spec.model.policy import OperatorOverride
@@ -170,7 +171,11 @@ def test_shortfalls_of_inputs_are_in_the_cause() -> None:
 @pytest.mark.parametrize("code", ["AE703", "AE704", "AE705", "AE706", "AE707"])
 def test_the_cause_of_a_missing_or_malformed_reading_in_full(code: str) -> None:
     declared = unproved().site.observed_variables["wind"]
-    for text, why in (("`wind` is 2 s old", "is 2 s old"), ("too old", "too old")):
+    for text, why in (
+        ("`wind` is 2 s old", "is 2 s old"),
+        ("`wind` is older than `max` is", "is older than `max` is"),
+        ("too old", "too old"),
+    ):
         assert cause_of(Reason(code, "wind", text)) == Cause(
             "reading",
             "wind",
@@ -205,7 +210,7 @@ def test_the_cause_of_a_block_has_its_place_in_the_site_file() -> None:
 
 def test_the_cause_of_a_stop_for_a_missing_reading_in_full() -> None:
     site = unproved().site
-    for name, at in (("wind", file_and_line(site.state["wind"].span)), ("rain", "")):
+    for name, at in (("wind", file_and_line(site.state["wind"].span)), ("rain:x", "")):
         assert stop_cause(site, f"input:{name}", None) == Cause(
             "reading",
             name,
@@ -239,3 +244,12 @@ def test_the_causes_of_stops_for_joint_rules_and_deviations_in_full() -> None:
     assert stop_cause(site, "tracking", MotionDeviation("tracking", (part,))) == Cause(
         "stopped", "tracking", "tracking", shortfalls=(part,)
     )
+
+
+def test_shortfalls_need_every_value_of_the_condition_and_no_other() -> None:
+    asked = request("slowly", speed=4.0)
+    reason = Reason("AE730", "slowly", "envelope")
+    assert cause_of(reason, without(asked, "hand")).shortfalls == ()
+    alone = replace(asked, readings={}, action=Action("move", {"speed": 4.0}))
+    (part,) = cause_of(Reason("AE750", "top-speed", "too fast"), alone).shortfalls
+    assert str(part) == "speed is 4 m/s (at most 0.5 m/s)"

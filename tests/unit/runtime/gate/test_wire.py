@@ -153,8 +153,7 @@ def test_a_request_is_read_strictly(change: Callable[[dict[str, Any]], Any], rea
 
 def test_a_very_long_name_is_cut_in_the_report() -> None:
     (reason,) = decide(text(lambda asked: asked.update({"n" * 500_000: 1}))).reasons
-    assert reason.rule == "n" * 100
-    assert len(reason.text) < 200
+    assert reason == Reason("AE702", "n" * 100, f"`{'n' * 100}` is not a field of `request`")
     name = "n" * 500_000
     (reason,) = decide(f'{{"{name}": 1, "{name}": 2}}').reasons
     assert reason == Reason("AE701", "n" * 100, f"`{'n' * 100}` is given twice")
