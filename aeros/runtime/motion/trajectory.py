@@ -242,10 +242,13 @@ class MotionDecider:
             middle, width = joint_box(list(path))
             slack = plan.servo.joint_tolerance if plan.servo else (0.0,) * len(middle)
             for joint, (m, w, s) in enumerate(zip(middle, width, slack, strict=True)):
-                if m - w - s < self._lowest[joint] or m + w + s > self._highest[joint]:
-                    reasons.append(
-                        Reason("AE762", f"joint-{joint + 1}", f"joint {joint + 1} may leave its limits")
+                low, high = self._lowest[joint], self._highest[joint]
+                if m - w - s < low or m + w + s > high:
+                    text = (
+                        f"joint {joint + 1} may be from {m - w - s:.4g} to {m + w + s:.4g} rad; "
+                        f"its limits are {low:.4g} and {high:.4g} rad"
                     )
+                    reasons.append(Reason("AE762", f"joint-{joint + 1}", text))
         for joint, (rates, limit) in enumerate(zip(_joint_rates(plan), self._joint_rates, strict=True), 1):
             reasons += _limit_violations(
                 f"joint-{joint}", f"joint {joint}", rates, limit, ("rad/s", "rad/s²", "rad/s³")
@@ -268,7 +271,7 @@ class MotionDecider:
         reasons = _limit_violations("tool", "the tool", moving, self._moving, ("m/s", "m/s²", "m/s³"))
         if turning is not None:
             reasons += _limit_violations(
-                "tool-turning", "the tool's turning", turning, self._turning, ("rad/s", "rad/s²", "rad/s³")
+                "tool-turning", "the tool's rotation", turning, self._turning, ("rad/s", "rad/s²", "rad/s³")
             )
         for name, speed, plan in requested:
             reached = moving.speed if plan is arm else carried.speed if plan is base else 0.0
@@ -579,7 +582,9 @@ def _limit_violations(
 ) -> list[Reason]:
     return [
         Reason(
-            "AE762", f"{rule}-{name}", f"{what} may reach a {name} of {a:.4g} {unit}; {b:.4g} is the limit"
+            "AE762",
+            f"{rule}-{name}",
+            f"the {name} of {what} may reach {a:.4g} {unit}; the limit is {b:.4g} {unit}",
         )
         for name, a, b, unit in zip(_RATES, rates, limit, units, strict=True)
         if not a <= b
