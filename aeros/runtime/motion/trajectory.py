@@ -230,8 +230,10 @@ class MotionDecider:
             return "its segments do not join smoothly, so its jerk has no bound"
         links = {ball.link for ball in plan.body.balls}
         named = {link for box in self._boxes for link in box.links or ()} - {HELD}
-        if not links or named - links:
-            return f"the body has no link `{min(named - links, default='')}`"
+        if not links:
+            return "the body has no spheres"
+        if named - links:
+            return f"the body has no link `{min(named - links)}`"
         return _hull_fault(plan.body, joints, policy.link_clearance is not None)
 
     # Limits.

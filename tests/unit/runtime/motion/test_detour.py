@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -107,3 +108,22 @@ def test_a_base_drives_beside_an_obstacle_and_not_over_it() -> None:
     assert max(x for x, _, _ in right) > 0.5
     aisle = find_base_detour(start, target, [blocked], lambda place: -0.2 < place[0] < 0.5, clear)
     assert aisle is None
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_base_passes_close_beside_an_obstacle_on_the_nearer_side(
+    axis: int, way: float, side: float
+) -> None:
+    def at(along: float, across: float) -> Vec3:
+        return (way * along, side * across, 0.0) if axis == 0 else (side * across, way * along, 0.0)
+
+    (ax, ay, _), (bx, by, _) = at(0.8, -0.5), at(1.2, 0.2)
+    lower, upper = (min(ax, bx), min(ay, by), -9.0), (max(ax, bx), max(ay, by), 9.0)
+    blocked = BarrierBox("box", lower, upper, False, False, None)
+    found = find_base_detour(at(0.0, 0.0), at(2.0, 0.0), [blocked], anywhere, clear)
+    assert found is not None
+    # At least 35 mm from its side, and the shortest way is the one with the fewest legs.
+    assert max(side * place[1 - axis] for place in found) == pytest.approx(0.235)
+    assert found[-1] == at(2.0, 0.0)

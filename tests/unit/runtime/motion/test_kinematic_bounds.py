@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import hypot, pi, sqrt
+from math import dist, hypot, pi, sqrt
 
 import pytest
 
 from aeros.runtime.motion.bezier import Piece, split_in_half
 from aeros.runtime.motion.kinematic_bounds import (
     TIMING_PEAKS,
+    ForwardKinematics,
     MotionRates,
     add_rates,
     base_rates,
@@ -20,6 +21,7 @@ from aeros.runtime.motion.kinematic_bounds import (
     tool_rates,
 )
 from aeros.runtime.ports import RobotBody
+from tests.unit.runtime.motions import at, body, chance_of
 
 HALF_METRE = RobotBody(((0.0, 0.0, 0.0),), (0.5, 0.0, 0.0), ())
 """One joint about z, whose tool is half a metre from it."""
@@ -112,6 +114,46 @@ def test_pieces_meet_in_position_slope_and_bend(
     a, b, c, d = ((0.0, q) for q in second)
     first = line(0.0, 3.0)
     assert is_c2_continuous((first, (a, b, c, d))) is meets
+
+
+def test_seams_differ_by_no_more_than_rounding_explains() -> None:
+    most = 1e-9
+    still: Piece = ((0.0,),) * 4
+    for place, slope, bend in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)):
+        for size, meets in ((most, True), (-most, True), (1.01 * most, False), (-1.01 * most, False)):
+            e = place * size
+            f = e + slope * size
+            g = f + slope * size + bend * size
+            for path in ((still, ((e,), (f,), (g,), (g,))), (((g,), (g,), (f,), (e,)), still)):
+                assert is_c2_continuous(path) is meets  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_on_a_short_path_the_bounds_are_the_exact_derivatives(seed: int) -> None:
+    """By the path's parameter, compared with differences; the bounds exceed them by a share of the length."""
+    chance, length = chance_of(seed), 1e-3
+    robot = body(chance)
+    rows = [
+        (chance.uniform(-1.0, 1.0), chance.uniform(-1.0, 1.0) * length, chance.uniform(-1.0, 1.0) * length**2)
+        for _ in robot.dh_rows
+    ]
+    a, b, c, d = (
+        tuple(q + slope * third / 3.0 + bend * share for q, slope, bend in rows)
+        for third, share in enumerate((0.0, 0.0, 1.0 / 3.0, 1.0))
+    )
+    moving, turning = tool_rates(robot, ((a, b, c, d),), 1.0, 0.0)
+    postures = [ForwardKinematics(robot, at(((a, b, c, d),), s)).frames[-1] for s in (0.0, 0.5, 1.0)]
+    start, middle, end = ([*frame.to_base(robot.tool_offset)] for frame in postures)
+    slope = hypot(*(y - x for x, y in zip(start, end, strict=True)))
+    bend = 4.0 * hypot(*(x - 2.0 * y + z for x, y, z in zip(start, middle, end, strict=True)))
+    # |ω|² is half the sum of the squared rates of the three axes.
+    turn = sqrt(sum(dist(x, y) ** 2 for x, y in zip(postures[0][1:], postures[2][1:], strict=True)) / 2.0)
+    peak, second_peak, _ = TIMING_PEAKS
+    assert moving.speed / peak == pytest.approx(slope, rel=0.02)
+    assert turning.speed / peak == pytest.approx(turn, rel=0.02)
+    first = moving.speed / peak / (1.0 + 1e-9)
+    second = (moving.acceleration / (1.0 + 1e-9) - first * second_peak) / peak**2
+    assert second == pytest.approx(bend, rel=0.05)
 
 
 def test_a_path_of_one_piece_is_continuous_and_every_seam_counts() -> None:

@@ -82,6 +82,7 @@ ARM = FOLDING.hulls[0]
             "its segments do not join smoothly, so its jerk has no bound",
         ),
         (bodied(balls=(Ball("leg", 1, NOWHERE, 0.1),)), "the body has no link `arm`"),
+        (bodied(balls=()), "the body has no spheres"),
         (motion(base_path=(0.0, 0.0)), "a point does not have three coordinates"),
         (bodied(dh_rows=((0.0,) * 4,)), "a joint does not have three parameters"),
         (motion(servo=servo(speed=())), "its feedback does not have 1 joints"),

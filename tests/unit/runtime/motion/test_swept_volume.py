@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.motion.bezier import Piece
-from aeros.runtime.motion.kinematic_bounds import norm
+from aeros.runtime.motion.bezier import Piece, path_chord
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics, norm
 from aeros.runtime.motion.swept_volume import BarrierBox, SweptMotion, ball_enclosures, find_breach, is_clear
 from aeros.runtime.ports import Ball, RobotBody, Vec3
+from tests.unit.runtime.motions import body, chance_of, path
 
 NOWHERE = (0.0, 0.0, 0.0)
 ARM = RobotBody(
@@ -195,6 +196,17 @@ def test_a_moving_ball_is_enclosed_along_its_chord_and_near_it() -> None:
     assert arm.centre == pytest.approx((1.0, 0.0, 0.0))
     assert arm.edges == pytest.approx((0.0, 0.2, 0.0))
     assert arm.radius == pytest.approx(0.125 + 0.02)
+
+
+def test_the_enclosure_of_a_ball_is_around_its_centre_exactly() -> None:
+    for seed in range(10):
+        chance = chance_of(seed)
+        robot, line_ = body(chance), [*path(chance, 1)]
+        middle = path_chord(line_).middle
+        posture = ForwardKinematics(robot, middle)
+        found = ball_enclosures(robot, line_, (0.0,) * 4, robot.balls)
+        centres = [posture.frames[ball.joint].to_base(ball.centre) for ball in robot.balls]
+        assert [one.centre for one in found] == centres
 
 
 def test_slack_is_added_across_the_chord() -> None:
