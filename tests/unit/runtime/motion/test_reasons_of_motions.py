@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from math import nan, sin
+from math import cos, nan, sin
 from typing import Any, cast
 
 import pytest
@@ -13,10 +13,10 @@ import pytest
 from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.motion.merged import ConcurrentMotion
 from aeros.runtime.motion.trajectory import MotionDecider, held_object
-from aeros.runtime.ports import Ball, Reading
+from aeros.runtime.ports import Ball, Obstacle, Reading
 from aeros.skill import act
 from aeros.spec.expr.scope import AxisAlignedBox
-from aeros.spec.model.motion import HeldObject, MotionPolicy, ToolLimits
+from aeros.spec.model.motion import HeldObject, MotionPolicy, ObstaclePolicy, ToolLimits
 from tests.unit.runtime.motion.test_trajectory import (
     APART,
     BODY,
@@ -26,6 +26,7 @@ from tests.unit.runtime.motion.test_trajectory import (
     NOWHERE,
     POLICY,
     REACH,
+    TENTH,
     TRACKED,
     barrier_text,
     driving,
@@ -279,3 +280,47 @@ def test_the_space_of_what_is_held_is_around_the_tool() -> None:
     flat = replace(CARRYING, held=HeldObject("holding", AxisAlignedBox(lower, upper)))
     with pytest.raises(ValueError, match="zip"):
         held_object(flat, BODY, {})
+
+
+def test_a_reason_has_the_distance_of_a_held_object_as_small_as_its_foot_leaves_it() -> None:
+    """The foot is 80 mm beside the tool, so that of 100 mm that may be held on each side 50 mm are left."""
+    beside = AxisAlignedBox(
+        (Fraction(0), Fraction(-1), Fraction(0)), (Fraction(1), Fraction(-8, 100), Fraction(1))
+    )
+    own = replace(CARRYING.barriers[0], box=beside, is_in_base_frame=True, links=frozenset({"held"}))
+    allowed = Decision(DecisionKind.ALLOW, act("slide", speed=0.5), ())
+    readings = {**AT_START, "holding": Reading(True, 0.0)}
+    decider = MotionDecider(replace(CARRYING, barriers=(own,)))
+    (reason,) = decider.decide(allowed, motion(-0.1), readings).reasons
+    # At -0.1 rad the corner (0.6, -0.05) is at y = 0.6 sin(-0.1) - 0.05 cos(-0.1).
+    entered = -80.0 + 600.0 * sin(0.1) + 50.0 * cos(0.1)
+    assert reason.text == (
+        f"`held` enters the volume `pillar` by {entered:.3g} mm at 100 % of the path; "
+        "it has to keep 10 mm from its faces: it holds the roof"
+    )
+    free = decider.decide(allowed, motion(0.1), readings)
+    assert free.reasons == ()
+
+
+@pytest.mark.parametrize(("way", "suffix"), [(0.75, ", and at its target"), (1.5, "")])
+def test_a_reason_names_what_a_driving_base_meets_and_if_it_is_at_its_target(way: float, suffix: str) -> None:
+    carriage = AxisAlignedBox(
+        (Fraction(-1, 4), Fraction(-1, 4), Fraction(-1)), (Fraction(1, 4), Fraction(1, 4), Fraction(-1, 2))
+    )
+    policy = replace(POLICY, obstacles=ObstaclePolicy((), Fraction(0), Fraction(0), TENTH, carriage))
+    crate = Obstacle("crate", (0.75, -0.1, -0.9), (0.8, 0.1, -0.6), 1.0, "overhead", "aisle")
+    allowed = Decision(DecisionKind.ALLOW, act("drive", x=way, y=0.0, speed=0.5), ())
+    plan = motion(0.0, 8.0, base_path=(way, 0.0, 0.0))
+    (reason,) = MotionDecider(policy).decide(allowed, plan, AT_START, (), (crate,)).reasons
+    # The base reaches to 0.25 m before its origin, and keeps 10 mm: it may come as far as 0.49 m.
+    assert f"{reason.code} {reason.rule}: {reason.text}" == (
+        "AE766 crate: `base` may come nearer than 10 mm to crate at (0.78, 0.00) m in aisle, "
+        f"50 x 200 x 300 mm at {49.0 / way:.0f} % of the path{suffix}; `overhead` saw it"
+    )
+    assert MotionDecider(POLICY).decide(allowed, plan, AT_START, (), (crate,)) is allowed
+    (other,) = MotionDecider(policy).decide(allowed, plan, AT_START, (), (far(crate), crate)).reasons
+    assert other == reason
+
+
+def far(obstacle: Obstacle) -> Obstacle:
+    return obstacle._replace(name="far", lower=(0.0, 8.0, -0.9), upper=(0.1, 9.0, -0.6))

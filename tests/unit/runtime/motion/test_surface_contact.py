@@ -63,3 +63,12 @@ def test_under_feedback_the_tool_is_slow_all_the_way() -> None:
     pressing = motion(1.0, 4.0, servo=servo)
     assert breach(pressing, SurfaceLimits(0.0, 0.1)) is None
     assert breach(pressing, SurfaceLimits(0.0, 0.09)) == (0.0, inf, 0.1)
+
+
+def test_a_motion_under_feedback_may_be_exactly_as_fast_as_allowed() -> None:
+    for speed, is_allowed in ((0.125, True), (0.126, False)):
+        servo = ServoBounds((0.0,), (0.5,), (2.0,), (50.0,), speed, 1.0, 10.0)
+        found = breach(replace(turn(0.9, 1.0, 4.0), servo=servo), SurfaceLimits(0.0, 0.125))
+        assert (found is None) is is_allowed
+        if found is not None:
+            assert found == (0.0, inf, 0.126)
