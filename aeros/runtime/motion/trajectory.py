@@ -230,10 +230,8 @@ class MotionDecider:
             return "its segments do not join smoothly, so its jerk has no bound"
         links = {ball.link for ball in plan.body.balls}
         named = {link for box in self._boxes for link in box.links or ()} - {HELD}
-        if not links:
-            return "the body has no spheres"
-        if named - links:
-            return f"the body has no link `{min(named - links)}`"
+        if not links or named - links:
+            return f"the body has no link `{min(named - links, default='')}`"
         return _hull_fault(plan.body, joints, policy.link_clearance is not None)
 
     # Limits.
@@ -244,13 +242,12 @@ class MotionDecider:
             middle, width = joint_box(list(path))
             slack = plan.servo.joint_tolerance if plan.servo else (0.0,) * len(middle)
             for joint, (m, w, s) in enumerate(zip(middle, width, slack, strict=True)):
-                low, high = self._lowest[joint], self._highest[joint]
-                if m - w - s < low or m + w + s > high:
-                    text = (
-                        f"joint {joint + 1} may be from {m - w - s:.4g} to {m + w + s:.4g} rad; "
-                        f"its limits are {low:.4g} and {high:.4g} rad"
+                if m - w - s < self._lowest[joint] or m + w + s > self._highest[joint]:
+                    reasons.append(
+                        _range_reason(
+                            joint + 1, (m - w - s, m + w + s), (self._lowest[joint], self._highest[joint])
+                        )
                     )
-                    reasons.append(Reason("AE762", f"joint-{joint + 1}", text))
         for joint, (rates, limit) in enumerate(zip(_joint_rates(plan), self._joint_rates, strict=True), 1):
             reasons += _limit_violations(
                 f"joint-{joint}", f"joint {joint}", rates, limit, ("rad/s", "rad/s²", "rad/s³")
@@ -577,6 +574,15 @@ _REST_TOLERANCE: Final = MotionRates(0.0, 0.0, 0.0)
 
 _JOINT_TOLERANCE: Final = 1e-6
 """Distance of a joint from its requested end that rounding explains, rad."""
+
+
+def _range_reason(joint: int, bounds: tuple[float, float], limits: tuple[float, float]) -> Reason:
+    (low, high), (lowest, highest) = bounds, limits
+    text = (
+        f"joint {joint} may be from {low:.4g} to {high:.4g} rad; "
+        f"its limits are {lowest:.4g} and {highest:.4g} rad"
+    )
+    return Reason("AE762", f"joint-{joint}", text)
 
 
 def _limit_violations(

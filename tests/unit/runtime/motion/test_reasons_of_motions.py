@@ -83,7 +83,7 @@ ARM = FOLDING.hulls[0]
             "its segments do not join smoothly, so its jerk has no bound",
         ),
         (bodied(balls=(Ball("leg", 1, NOWHERE, 0.1),)), "the body has no link `arm`"),
-        (bodied(balls=()), "the body has no spheres"),
+        (bodied(balls=()), "the body has no link `arm`"),
         (motion(base_path=(0.0, 0.0)), "a point does not have three coordinates"),
         (bodied(dh_rows=((0.0,) * 4,)), "a joint does not have three parameters"),
         (motion(servo=servo(speed=())), "its feedback does not have 1 joints"),
@@ -111,6 +111,12 @@ def test_the_fault_of_a_malformed_motion_in_full(plan: Any, fault: str) -> None:
     assert texts(motion(body=FOLDING), policy=APART, others=[under_way]) == [
         f"764 move: the `drive` under way is malformed: {fault}"
     ]
+
+
+def test_a_body_needs_a_link_even_if_no_barrier_names_one() -> None:
+    policy = replace(POLICY, barriers=())
+    expected = ["760 move: the motion is malformed: the body has no link ``"]
+    assert texts(bodied(balls=()), policy=policy) == expected
 
 
 def tool_limits(*rates: Fraction) -> ToolLimits:
