@@ -107,6 +107,18 @@ def test_a_base_that_comes_within_exactly_the_clearance_is_near(axis: int) -> No
         assert find_base_contact(arriving, [crate], 0.2499) is None
 
 
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_base_that_has_left_along_one_axis_before_it_arrives_along_another_is_clear(sign: float) -> None:
+    unit = ((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))
+    crate = thing("crate", *unit)
+    for size, reach in ((4.0, 0.75), (0.5, 0.1)):
+        # Near along x on the first part of the way, along y from `late` on.
+        for late, is_met in ((reach - 0.05, True), (reach + 0.05, False)):
+            start = (sign * (1.0 - size * reach), -1.0 - size * late, 0.0)
+            travel = BaseTravel(unit, start, (sign * size, size, 0.0))
+            assert (find_base_contact(travel, [crate], 0.0) is not None) is is_met
+
+
 def test_the_corners_of_a_declared_box() -> None:
     box = AxisAlignedBox(
         (Fraction(-1), Fraction(1, 4), Fraction(0)), (Fraction(1), Fraction(1, 2), Fraction(2))

@@ -201,6 +201,6 @@ def test_a_held_object_of_which_a_quarter_is_not_clear_keeps_its_size() -> None:
 
 
 def test_what_is_held_is_compared_with_obstacles_and_not_with_links() -> None:
-    touching = Hull("held", 1, ((0.45, 0.0, 0.0),), 0.01)
+    touching = Hull("held", 1, ((0.05, 0.0, 0.0),), 0.01)  # the foot
     assert find_obstacle_contact(turning(0.0, 0.0, held=touching), [ASIDE], 0.07) is None
     assert find_obstacle_contact(turning(0.0, 0.0, held=touching), [ASIDE], 0.09) is not None

@@ -274,6 +274,25 @@ def test_a_reason_has_the_distance_from_a_barrier_in_millimetres(angle: float) -
     )
 
 
+def test_distances_to_keep_are_in_millimetres_too() -> None:
+    allowed = Decision(DecisionKind.ALLOW, act("slide", speed=0.5), ())
+    eighth = Fraction(1, 128)  # 7.8125 mm
+    near = MotionDecider(replace(POLICY, clearance=eighth)).decide(allowed, motion(1.05, 8.0), AT_START)
+    assert "7.81 mm are needed" in near.reasons[0].text
+    inside = MotionDecider(replace(POLICY, clearance=eighth)).decide(allowed, motion(1.5, 8.0), AT_START)
+    assert "it has to keep 7.81 mm from its faces" in inside.reasons[0].text
+    beside = replace(FOLDING, hulls=(ARM, FOLDING.hulls[1]._replace(corners=((0.4, 0.3, 0.5),))))
+    folded = MotionDecider(replace(APART, link_clearance=eighth)).decide(
+        allowed, motion(0.5, 8.0, body=beside), AT_START
+    )
+    assert folded.reasons[0].text.endswith("links keep 7.81 mm apart")
+    obstacle = Obstacle("crate", (0.35, 0.15, 0.4), (0.45, 0.25, 0.6), 1.0, "overhead", "bench")
+    seen = MotionDecider(replace(POLICY, clearance=eighth)).decide(
+        allowed, motion(0.5, 8.0), AT_START, (), (obstacle,)
+    )
+    assert "may come nearer than 7.81 mm to crate" in seen.reasons[0].text
+
+
 def test_the_space_of_what_is_held_is_around_the_tool() -> None:
     space = held_object(CARRYING, BODY, {})
     assert space is not None

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf
+from math import inf, nextafter
 
 import pytest
 
+from aeros.runtime.motion.kinematic_bounds import piece_speeds
 from aeros.runtime.motion.surface_contact import SurfaceLimits, find_surface_breach
 from aeros.runtime.motion.swept_volume import BarrierBox, MergedMotion, RemainingMotion
 from aeros.runtime.ports import Hull, ServoBounds, Trajectory
@@ -72,3 +73,17 @@ def test_a_motion_under_feedback_may_be_exactly_as_fast_as_allowed() -> None:
         assert (found is None) is is_allowed
         if found is not None:
             assert found == (0.0, inf, 0.126)
+
+
+def test_a_base_that_drives_a_little_takes_the_held_object_no_farther() -> None:
+    assert breach(turn(0.0, 1.0, 3.0), SurfaceLimits(0.1, 0.2), 0.01) is None
+
+
+def test_a_motion_may_be_exactly_as_fast_as_allowed_where_it_enters() -> None:
+    plan = turn(0.0, 1.0, 3.0)
+    speeds = piece_speeds(plan.body, plan.joint_paths[0], plan.duration)
+    least = min(speed for speed in speeds if breach(plan, SurfaceLimits(0.1, speed)) is None)
+    found = breach(plan, SurfaceLimits(0.1, nextafter(least, 0.0)))
+    assert found is not None
+    assert found[2] == least
+    assert found[0] == (speeds.index(least) + 0.5) / 16
