@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import combinations
+from math import cos, dist, pi, sin
 
 import pytest
 from hypothesis import given, settings
@@ -127,3 +129,33 @@ def test_a_base_passes_close_beside_an_obstacle_on_the_nearer_side(
     # At least 35 mm from its side, and the shortest way is the one with the fewest legs.
     assert max(side * place[1 - axis] for place in found) == pytest.approx(0.235)
     assert found[-1] == at(2.0, 0.0)
+
+
+def test_the_places_of_a_way_are_around_the_obstacle_over_it_and_near_the_base() -> None:
+    offered: list[Vec3] = []
+
+    def note(place: Vec3) -> bool:
+        offered.append(place)
+        return True
+
+    found(is_allowed=note)
+    # Heights of the ends, over the base, and over the top of the obstacle.
+    heights = sorted({z for _, _, z in offered})
+    assert heights == pytest.approx([0.25, 0.36, 0.45, 0.56, 0.7])
+    columns = {(x, y) for x, y, z in offered if z == max(heights)}
+    assert START[:2] in columns
+    assert TARGET[:2] in columns
+    wanted = [
+        (0.4 + along * (0.1 + off), 0.0 + across * (0.1 + off))
+        for off in (0.14, 0.24, 0.36)
+        for along in (-1, 0, 1)
+        for across in (-1, 0, 1)
+        if (along, across) != (0, 0)
+    ]
+    turns = [pi * step / 6.0 for step in range(-4, 5)]
+    wanted += [(far * cos(turn), far * sin(turn)) for far in (0.32, 0.45) for turn in turns]
+    for column in wanted:
+        assert min(dist(column, other) for other in columns) < 0.04, column
+    for column in columns - {START[:2], TARGET[:2], (0.4, 0.0)}:
+        assert min(dist(column, other) for other in wanted) < 1e-9, column
+    assert all(dist(one, other) >= 0.04 for one, other in combinations(columns, 2))

@@ -158,7 +158,7 @@ def test_on_a_short_path_the_bounds_are_the_exact_derivatives(seed: int) -> None
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_third_derivative_is_bounded_by_sums_over_all_pairs_and_triples_of_joints(seed: int) -> None:
-    """L = Σρ_i·C_i + 3·ΣΣρ_max(i,j)·B_i·A_j + ΣΣΣρ_max(i,j,k)·A_i·A_j·A_k, as the module's docstring has it."""
+    """L = Σρ_i·C_i + 3·ΣΣρ_max(i,j)·B_i·A_j + ΣΣΣρ_max(i,j,k)·A_i·A_j·A_k, as in the module."""
     chance = chance_of(seed)
     robot, (piece,) = body(chance), path(chance, 1)
     moving, _ = tool_rates(robot, (piece,), 1.0, 0.0)
@@ -303,3 +303,8 @@ def test_speeds_on_pieces_bound_the_speed_there_and_nowhere_else() -> None:
         speeds[int(8.0 * s)] = max(speeds[int(8.0 * s)], 0.5 * 30.0 * u * u * (1.0 - u) ** 2 / 2.0)
     for bound, speed in zip(bounds, speeds, strict=True):
         assert speed <= bound <= 1.01 * speed
+
+
+def test_the_speed_on_a_long_piece_is_bounded_closely() -> None:
+    (bound,) = piece_speeds(HALF_METRE, (line(0.5),), 2.0)
+    assert 0.25 * 0.9375 <= bound <= 1.01 * 0.25 * 0.9375

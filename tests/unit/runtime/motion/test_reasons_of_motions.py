@@ -169,6 +169,11 @@ def tool_limits(*rates: Fraction) -> ToolLimits:
             ["762 joint-1: joint 1 may be from -1.75 to 2.25 rad; its limits are -2 and 2 rad"],
         ),
         (
+            motion(joint_paths=motion().joint_paths, servo=servo(joint_tolerance=(0.125,))),
+            {"kind": "slide", "policy": replace(POLICY, lowest=(Fraction(-1, 10),), barriers=())},
+            ["762 joint-1: joint 1 may be from -0.125 to 0.625 rad; its limits are -0.1 and 2 rad"],
+        ),
+        (
             motion(),
             {
                 "policy": replace(
@@ -294,11 +299,14 @@ def test_distances_to_keep_are_in_millimetres_too() -> None:
 
 
 def test_the_space_of_what_is_held_is_around_the_tool() -> None:
-    space = held_object(CARRYING, BODY, {})
+    box = AxisAlignedBox(
+        (Fraction(-1, 2), Fraction(0), Fraction(1, 8)), (Fraction(1), Fraction(2), Fraction(3))
+    )
+    space = held_object(replace(CARRYING, held=HeldObject("holding", box)), BODY, {})
     assert space is not None
     x, y, z = BODY.tool_offset
     assert {*space.corners} == {
-        (x + a, y + b, z + c) for a in (-0.1, 0.1) for b in (-0.1, 0.1) for c in (-0.1, 0.1)
+        (x + a, y + b, z + c) for a in (-0.5, 1.0) for b in (0.0, 2.0) for c in (0.125, 3.0)
     }
     assert (space.link, space.joint, space.radius) == ("held", 1, 0.0)
     lower, upper = (Fraction(0),) * 3, cast("Any", (Fraction(1),) * 4)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import dist, hypot, inf, nextafter, pi
 
 import pytest
@@ -10,9 +11,17 @@ from hypothesis import strategies as st
 
 from aeros.runtime.motion.bezier import Piece, path_chord
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics, norm
-from aeros.runtime.motion.swept_volume import BarrierBox, SweptMotion, ball_enclosures, find_breach, is_clear
-from aeros.runtime.ports import Ball, RobotBody, Vec3
-from tests.unit.runtime.motions import body, chance_of, path
+from aeros.runtime.motion.swept_volume import (
+    BarrierBox,
+    MergedMotion,
+    RemainingMotion,
+    SweptMotion,
+    ball_enclosures,
+    find_breach,
+    is_clear,
+)
+from aeros.runtime.ports import Ball, RobotBody, Trajectory, Vec3
+from tests.unit.runtime.motions import body, chance_of, path, tool
 
 NOWHERE = (0.0, 0.0, 0.0)
 ARM = RobotBody(
@@ -93,7 +102,9 @@ def test_the_box_around_a_point_and_its_way_count(axis: int, sign: float) -> Non
     assert not is_clear(UNIT, point, along(1.0), NOWHERE, 2.01)
     assert is_clear(UNIT, point, NOWHERE, along(-sign * 1.0), 2.0)
     assert not is_clear(UNIT, point, NOWHERE, along(-sign * 1.0), 2.01)
-    assert is_clear(UNIT, point, along(1.0), along(sign * 9.0), 2.0)
+    for away in (9.0, 1e-9):
+        assert is_clear(UNIT, point, along(1.0), along(sign * away), 2.0)
+        assert not is_clear(UNIT, point, along(1.0), along(sign * away), 2.01)
     assert is_clear(UNIT, point, along(1.0), along(-sign * 0.5), 1.5)
     assert not is_clear(UNIT, point, along(1.0), along(-sign * 0.5), 1.51)
 
@@ -207,6 +218,16 @@ def test_the_enclosure_of_a_ball_is_around_its_centre_exactly() -> None:
         found = ball_enclosures(robot, line_, (0.0,) * 4, robot.balls)
         centres = [posture.frames[ball.joint].to_base(ball.centre) for ball in robot.balls]
         assert [one.centre for one in found] == centres
+
+
+def test_tool_and_base_at_the_end_of_a_motion() -> None:
+    chance = chance_of(3)
+    arm = Trajectory(body(chance), (path(chance, 3),), (0.1, 0.2, 0.3), NOWHERE, 2.0)
+    drive = replace(arm, base_path=(0.5, -0.25, 0.125))
+    merged = MergedMotion(RemainingMotion(arm), RemainingMotion(drive))
+    assert merged.base_at_end() == pytest.approx((0.6, -0.05, 0.425))
+    expected = [a + b for a, b in zip(tool(arm, 1.0), drive.base_path, strict=True)]
+    assert merged.tool_at_end() == pytest.approx(expected)
 
 
 def test_slack_is_added_across_the_chord() -> None:
