@@ -204,3 +204,15 @@ def test_what_is_held_is_compared_with_obstacles_and_not_with_links() -> None:
     touching = Hull("held", 1, ((0.05, 0.0, 0.0),), 0.01)  # the foot
     assert find_obstacle_contact(turning(0.0, 0.0, held=touching), [ASIDE], 0.07) is None
     assert find_obstacle_contact(turning(0.0, 0.0, held=touching), [ASIDE], 0.09) is not None
+
+
+def test_what_is_held_at_the_end_is_as_small_as_things_left_it_at_the_start() -> None:
+    beside = thing("beside", (0.5901, -1.0, -1.0), (2.0, 0.2, 1.0))
+    at_target = thing("at-target", (-1.0, 0.5871, -1.0), (0.3, 2.0, 1.0))
+    holding = turning(0.0, pi / 2.0, held=BOXED)
+    assert not ends_at_obstacle(holding, [beside, at_target], 0.01)
+    nearer = at_target._replace(lower=(-1.0, 0.5849, -1.0))
+    assert ends_at_obstacle(holding, [beside, nearer], 0.01)
+    # With nothing beside it at the start it is as large as it may be, and does not fit there.
+    assert ends_at_obstacle(holding, [at_target], 0.01)
+    assert not ends_at_obstacle(turning(0.0, pi / 2.0), [beside, at_target], 0.01)
