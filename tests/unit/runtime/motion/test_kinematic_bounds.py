@@ -308,3 +308,14 @@ def test_speeds_on_pieces_bound_the_speed_there_and_nowhere_else() -> None:
 def test_the_speed_on_a_long_piece_is_bounded_closely() -> None:
     (bound,) = piece_speeds(HALF_METRE, (line(0.5),), 2.0)
     assert 0.25 * 0.9375 <= bound <= 1.01 * 0.25 * 0.9375
+
+
+def test_the_displacement_of_a_point_by_hand() -> None:
+    """Two joints about z, half a metre apart, and a point 0.25 m beyond: ρ grows by what lies beyond."""
+    planar = RobotBody(((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), (0.25, 0.0, 0.0), ())
+    posture = ForwardKinematics(planar, (0.0, 0.0))
+    total, reaches = posture.displacement_bound(2, (0.75, 0.0, 0.0), (0.1, 0.2))
+    assert reaches == pytest.approx([0.75 + 0.2 * 0.25, 0.25])
+    assert total == pytest.approx(0.2 * 0.25 + 0.1 * 0.8)
+    assert posture.displacement_bound(1, (0.5, 0.0, 0.0), (0.1,)) == (0.05, [0.5])
+    assert posture.displacement_bound(0, (0.5, 0.0, 0.0), ()) == (0.0, [])

@@ -87,3 +87,24 @@ def test_a_motion_may_be_exactly_as_fast_as_allowed_where_it_enters() -> None:
     assert found is not None
     assert found[2] == least
     assert found[0] == (speeds.index(least) + 0.5) / 16
+
+
+def test_a_surface_is_touched_by_the_tool_of_a_longer_chain_as_by_that_of_one_joint() -> None:
+    """A first joint that stands makes no difference."""
+    for distance in (0.1, 0.02):
+        plan = turn(0.0, 1.0, 3.0)
+        (path,) = plan.joint_paths
+        pieces = tuple(tuple((0.0, *q) for q in piece) for piece in path)
+        balls = tuple(ball._replace(joint=2) for ball in plan.body.balls)
+        longer = replace(
+            plan,
+            body=replace(plan.body, dh_rows=plan.body.dh_rows * 2, balls=balls),
+            joint_paths=(pieces,),  # type: ignore[arg-type]
+        )
+        part, limits = RemainingMotion(longer), SurfaceLimits(distance, 0.2)
+        swept = MergedMotion(part, part).swept_motion(HELD._replace(joint=2))
+        found = find_surface_breach(longer, swept, [SHELF], 0.0, limits)
+        expected = breach(plan, limits)
+        assert (found is None) is (expected is None)
+        if found is not None:
+            assert found == pytest.approx(expected)

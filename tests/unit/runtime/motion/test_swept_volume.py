@@ -317,3 +317,19 @@ def test_every_path_is_searched() -> None:
     at_45 = post(0.7071, 0.7071)
     assert find_breach(one, [at_45], 0.0) is None
     assert find_breach(both, [at_45], 0.0) is not None
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_breach_is_where_the_base_takes_its_own_ball(axis: int, sign: float) -> None:
+    """The ball of 0.25 m at the base starts 2 m before a wall and drives 4 m: it meets it after 1.75 m."""
+    start, way, low, high = [0.5, 0.25, 0.125], [0.0] * 3, [-9.0] * 3, [9.0] * 3
+    way[axis] = sign * 4.0
+    low[axis], high[axis] = sorted((start[axis] + sign * 2.0, start[axis] + sign * 3.0))
+    wall = box((low[0], low[1], low[2]), (high[0], high[1], high[2]), links=frozenset({"base"}))
+    drive = moving(0.5, base=(start[0], start[1], start[2]), way=(way[0], way[1], way[2]))
+    breach = find_breach(drive, [wall], 0.0)
+    assert breach is not None
+    assert 1.75 / 4.0 - 1.0 / 16.0 <= breach.path_parameter <= 1.75 / 4.0 + 1.0 / 16.0
+    short = drive._replace(base_path=(0.43 * way[0], 0.43 * way[1], 0.43 * way[2]))
+    assert find_breach(short, [wall], 0.0) is None
