@@ -68,11 +68,13 @@ def boxed(lower: Vec3, size: Vec3) -> tuple[Vec3, Vec3]:
 
 def gap(travel: BaseTravel, obstacle: Obstacle, share: float) -> float:
     """Distance of the base from an obstacle at a share of its way, along the axis where it is greatest, m."""
-    rows = zip(travel.start, travel.path, *travel.box, obstacle.lower, obstacle.upper, strict=True)
-    return max(
-        max(low - (a + share * b + own_high), (a + share * b + own_low) - high)
-        for a, b, own_low, own_high, low, high in rows
-    )
+    own_lower, own_upper = travel.box
+    gaps = [
+        max(obstacle.lower[axis] - at - own_upper[axis], at + own_lower[axis] - obstacle.upper[axis])
+        for axis in range(3)
+        for at in [travel.start[axis] + share * travel.path[axis]]
+    ]
+    return max(gaps)
 
 
 @given(VECTORS, PATHS, VECTORS, SIZES, VECTORS, SIZES, st.floats(0.0, 0.5))

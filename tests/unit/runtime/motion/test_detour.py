@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import combinations, pairwise
 from math import cos, dist, pi, sin
 
@@ -161,6 +162,10 @@ def test_the_places_of_a_way_are_around_the_obstacle_over_it_and_near_the_base()
     assert all(dist(one, other) >= 0.04 for one, other in combinations(columns, 2))
 
 
+def is_beyond(axis: int, sign: float, limit: float, place: Vec3) -> bool:
+    return sign * place[axis] >= sign * limit
+
+
 def cost(way: list[Vec3]) -> float:
     return sum(dist(one, other) + 0.15 for one, other in pairwise([START, *way]))
 
@@ -171,7 +176,7 @@ def test_no_way_through_fewer_places_is_shorter(axis: int, sign: float) -> None:
     way = found()
     assert way is not None
     for limit in (-0.2, 0.0, 0.3, 0.4, 0.5):
-        other = found(is_allowed=lambda place, limit=limit: sign * place[axis] >= sign * limit)
+        other = found(is_allowed=partial(is_beyond, axis, sign, limit))
         if other is not None:
             assert cost(other) >= cost(way) - 1e-9
-            assert all(sign * place[axis] >= sign * limit for place in other[:-1])
+            assert all(is_beyond(axis, sign, limit, place) for place in other[:-1])

@@ -125,7 +125,7 @@ def test_seams_differ_by_no_more_than_rounding_explains() -> None:
             f = e + slope * size
             g = f + slope * size + bend * size
             for seam in ((still, ((e,), (f,), (g,), (g,))), (((g,), (g,), (f,), (e,)), still)):
-                assert is_c2_continuous(seam) is meets  # type: ignore[arg-type]
+                assert is_c2_continuous(seam) is meets
 
 
 @pytest.mark.parametrize("seed", range(6))

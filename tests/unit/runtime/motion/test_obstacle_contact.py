@@ -149,7 +149,7 @@ def crate(axis: int, sign: float, gap: float) -> Hull:
     sides = [(-1.0, 1.0)] * 3
     tool = ARM.tool_offset[axis]
     sides[axis] = (tool + sign * gap, tool + sign * 2.0)
-    return Hull("crate", 0, tuple(product(*sides)), 0.0)
+    return Hull("crate", 0, tuple(product(sides[0], sides[1], sides[2])), 0.0)
 
 
 def space(shares: dict[tuple[int, float], float]) -> set[Vec3]:

@@ -11,12 +11,14 @@ from typing import Any, cast
 import pytest
 
 from aeros.runtime.gate.decision import Decision, DecisionKind
+from aeros.runtime.motion.link_distance import find_link_contact
 from aeros.runtime.motion.merged import ConcurrentMotion
+from aeros.runtime.motion.swept_volume import MergedMotion, RemainingMotion
 from aeros.runtime.motion.trajectory import MotionDecider, held_object
 from aeros.runtime.ports import Ball, Obstacle, Reading
 from aeros.skill import act
 from aeros.spec.expr.scope import AxisAlignedBox
-from aeros.spec.model.motion import HeldObject, MotionPolicy, ObstaclePolicy, ToolLimits
+from aeros.spec.model.motion import HeldObject, MotionPolicy, ObstaclePolicy, ToolLimits, Tracking
 from tests.unit.runtime.motion.test_trajectory import (
     APART,
     BODY,
@@ -357,3 +359,34 @@ def test_a_reason_names_what_a_driving_base_meets_and_if_it_is_at_its_target(way
 
 def far(obstacle: Obstacle) -> Obstacle:
     return obstacle._replace(name="far", lower=(0.0, 8.0, -0.9), upper=(0.1, 9.0, -0.6))
+
+
+@pytest.mark.parametrize("y", [0.05, 0.1, 0.15, 0.2])
+def test_a_reason_about_two_links_has_their_distance_and_place(y: float) -> None:
+    body = replace(FOLDING, hulls=(ARM, FOLDING.hulls[1]._replace(corners=((0.4, y, 0.5),))))
+    plan = motion(0.5, 8.0, body=body)
+    part = RemainingMotion(plan)
+    contact = find_link_contact(MergedMotion(part, part).swept_motion(), 0.005)
+    assert contact is not None
+    assert texts(plan, "slide", APART) == [
+        f"765 post-arm: `arm` may come within {1000.0 * contact.distance:.3g} mm of `post` at "
+        f"{100.0 * contact.path_parameter:.0f} % of the path; links keep 5 mm apart"
+    ]
+
+
+def test_a_base_may_be_measured_exactly_as_far_away_as_it_is_tracked() -> None:
+    for bound, expected in (
+        (Fraction(1, 128), []),
+        (Fraction(1, 129), ["761 base: the motion has the base 7.81 mm from its measured position"]),
+    ):
+        policy = replace(TRACKED, tracking=Tracking("off", bound, (Fraction(1, 2),)))
+        readings = {**AT_START, "base": Reading((0.0, 1 / 128, 0.0), 0.0)}
+        assert texts(motion(), "slide", policy, readings) == expected
+
+
+def test_an_obstacle_is_a_reason_beside_all_others() -> None:
+    obstacle = Obstacle("crate", (0.35, 0.15, 0.4), (0.45, 0.25, 0.6), 1.0, "overhead", "bench")
+    allowed = Decision(DecisionKind.ALLOW, act("slide", speed=0.1), ())
+    readings = {"joint_angle": Reading((0.02,), 0.0)}
+    found = MotionDecider(POLICY).decide(allowed, motion(), readings, (), (obstacle,))
+    assert [reason.code for reason in found.reasons] == ["AE761", "AE762", "AE766"]

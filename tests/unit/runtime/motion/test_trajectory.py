@@ -700,6 +700,13 @@ def test_a_motion_under_way_that_moves_nothing_keeps_to_any_speed() -> None:
     assert beside(here, motion(), still) == []
 
 
+def test_a_surface_of_a_barrier_for_all_links_is_touched_slowly() -> None:
+    kinds = {**CARRYING.kinds, "slide": replace(CARRYING.kinds["slide"], surface=SURFACE)}
+    policy = replace(CARRYING, kinds=kinds, barriers=(replace(CARRYING.barriers[0], links=None),))
+    assert carried(True, turn(0.0, 0.9, 4.0), policy) == []
+    assert carried(True, turn(0.0, 0.9, 2.0), policy) == [("AE763", "off-the-pillar")]
+
+
 def test_a_held_object_that_may_touch_one_volume_keeps_clear_of_others() -> None:
     other = replace(CARRYING.barriers[0], id="off-the-shelf", volume="shelf")
     kinds = {**CARRYING.kinds, "slide": replace(CARRYING.kinds["slide"], surface=SURFACE)}
