@@ -75,6 +75,9 @@ OTHERS: list[tuple[str, Scope, Type]] = [
             "(if a then mode else x) == idle",
             "x / p <= x",
             "-a",
+            "a - x <= x",
+            "x - a <= x",
+            "x - speed <= x",
             "a implies x",
             "x or a",
         )
