@@ -58,14 +58,14 @@ def test_terms_without_a_scalar_form_are_not_lowered(term: t.Term) -> None:
 @pytest.mark.parametrize(
     ("term", "size", "height"),
     [
-        # A variable counts 3, and each node 3 and all that its expansion repeats.
+        # A variable counts 3, and each node 3 and all that its expansion repeats, with the index.
         (C, 3, 1),
         (t.Not(C), 6, 2),
         (t.Select(F, t.Literal("i", SET)), 4, 2),
         (CHOSEN, 4, 2),
         (t.Select(F, t.Variable("s", SET, t.VariableRole.STATE)), 2 * (6 + 2) + 3, 2 + 1 + 1),
-        (t.Quantified("all", E, C), 2 * 3 + 3, 2),
-        (t.Aggregate("sum", E, CHOSEN), 2 * (4 + 4) + 3, 2 + 2 + 1),
+        (t.Quantified("all", E, C), 2 * (3 + 3) + 3, 2),
+        (t.Aggregate("sum", E, CHOSEN), 2 * (3 + 4 + 4) + 3, 2 + 2 + 1),
         (t.Compare("==", P, P), 3 * (3 + 3) + 3, 2),
         (t.Compare("<=", CHOSEN, CHOSEN), 4 + 4 + 3, 3),
     ],
