@@ -200,13 +200,13 @@ def test_a_held_object_of_which_a_quarter_is_not_clear_keeps_its_size() -> None:
     assert same(trim_held_space(turning(1.0, 0.0), BOXED, [crate(0, 1.0, 0.0399)], 0.01), space({}))
 
 
-def test_what_is_held_is_compared_with_obstacles_and_not_with_links() -> None:
+def test_a_held_object_is_compared_with_obstacles_and_not_with_links() -> None:
     touching = Hull("held", 1, ((0.05, 0.0, 0.0),), 0.01)  # the foot
     assert find_obstacle_contact(turning(0.0, 0.0, held=touching), [ASIDE], 0.07) is None
     assert find_obstacle_contact(turning(0.0, 0.0, held=touching), [ASIDE], 0.09) is not None
 
 
-def test_what_is_held_at_the_end_is_as_small_as_things_left_it_at_the_start() -> None:
+def test_a_held_object_at_the_end_is_as_small_as_things_left_it_at_the_start() -> None:
     beside = thing("beside", (0.5901, -1.0, -1.0), (2.0, 0.2, 1.0))
     at_target = thing("at-target", (-1.0, 0.5871, -1.0), (0.3, 2.0, 1.0))
     holding = turning(0.0, pi / 2.0, held=BOXED)
