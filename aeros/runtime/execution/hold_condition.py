@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from aeros.runtime.gate.causes import collect_arguments
 from aeros.runtime.gate.conditions import CompiledCondition, ConditionValue
-from aeros.runtime.gate.request_check import collect_arguments
 from aeros.runtime.gate.value_check import Scalars, ValueChecker, unpack_reading
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr import terms as t

@@ -7,8 +7,8 @@ from typing import Any, Final
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, Reason
-from aeros.runtime.gate.request_check import collect_arguments, unpack_readings
-from aeros.runtime.gate.value_check import Scalars, value_checkers
+from aeros.runtime.gate.request_check import unpack_arguments, unpack_readings
+from aeros.runtime.gate.value_check import Scalars, ValueChecker, value_checkers
 from aeros.runtime.gate.violation import MotionDeviation, RuleViolation
 from aeros.runtime.ports import Readings
 from aeros.skill import Action
@@ -73,6 +73,20 @@ def stop_cause(site: Site, rule: str, violation: RuleViolation | MotionDeviation
         if one.id == rule:
             return Cause("rule", rule, one.text, one.source, file_and_line(one.require_span), parts)
     return Cause("stopped", rule, rule, shortfalls=parts)
+
+
+def collect_arguments(
+    checkers: Mapping[str, ValueChecker], given: Mapping[str, Any], values: Scalars
+) -> None:
+    """Unpack the well-formed parameters or inputs into scalars, and leave out the others.
+
+    Args:
+        checkers: the declared parameters or inputs, by name.
+        given: the values, by name; a missing one takes its declared default.
+        values: receives each well-formed scalar, by scalar variable.
+    """
+    for _ in unpack_arguments(checkers, given, "", values):
+        pass  # the gate objects to them
 
 
 class _Denial:

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from aeros.runtime.gate.causes import collect_arguments
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateMode
-from aeros.runtime.gate.request_check import collect_arguments, request_fault, unpack_readings
+from aeros.runtime.gate.request_check import request_fault, unpack_readings
 from aeros.runtime.gate.value_check import Scalars, check_time, value_checkers
 from aeros.runtime.ports import Readings
 from aeros.skill import Action

@@ -81,20 +81,6 @@ def unpack_arguments(
             yield fault
 
 
-def collect_arguments(
-    checkers: Mapping[str, ValueChecker], given: Mapping[str, Any], values: Scalars
-) -> None:
-    """Unpack the well-formed parameters or inputs into scalars, and leave out the others.
-
-    Args:
-        checkers: the declared parameters or inputs, by name.
-        given: the values, by name; a missing one takes its declared default.
-        values: receives each well-formed scalar, by scalar variable.
-    """
-    for _ in unpack_arguments(checkers, given, "", values):
-        pass  # the gate objects to them
-
-
 def unpack_readings(
     checkers: Mapping[str, ValueChecker],
     readings: Readings,

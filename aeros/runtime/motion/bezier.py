@@ -31,9 +31,11 @@ def joint_box(pieces: list[Piece]) -> JointBox:
         The box.
     """
     columns = [column for piece in pieces for column in piece]
-    ends = [(min(values), max(values)) for values in zip(*columns, strict=True)]
+    low = [min(values) for values in zip(*columns, strict=True)]
+    high = [max(values) for values in zip(*columns, strict=True)]
     return JointBox(
-        tuple([(low + high) / 2.0 for low, high in ends]), tuple([(high - low) / 2.0 for low, high in ends])
+        tuple([(a + b) / 2.0 for a, b in zip(low, high, strict=True)]),
+        tuple([(b - a) / 2.0 for a, b in zip(low, high, strict=True)]),
     )
 
 
