@@ -267,8 +267,7 @@ def _range_text(parameter: declared.Parameter) -> str:
     if parameter.range is None or len(parameter.range) != 2:
         return parameter.type.value
     low, high = (one.span.text for one in parameter.range)
-    unit = None if parameter.unit is None else parameter.unit.value
-    return f"{low} to {high}" + ("" if unit in (None, "1") else f" {unit}")
+    return f"{low} to {high}" + ("" if parameter.unit is None or parameter.unit.value == "1" else f" {parameter.unit.value}")
 
 
 def module_settings(ecm: declared_ecm.Ecm, site: Site) -> tuple[Setting, ...]:
