@@ -164,12 +164,14 @@ class Trials(QuickReports):
         self._reach = Reach(self._area.name, files)
         unknown = self._reach.unknown(self._items)
         _say(f"measuring {len(unknown)} of {len(self._items)} tests")
+        unused = 0
         for count, test in enumerate(unknown, 1):
             end, text, _ = fork(partial(self._measure, test, files), _TOO_LONG)
             seconds, *found = text.splitlines() or ["no result"]
             if end != "done" or seconds == "failed":
                 _say(f"not used: {test}: {end}, {text[-300:]}")
                 del self._items[test]
+                unused += 1
                 continue
             lines = {
                 name: [int(line) for line in numbers.split()]
@@ -179,6 +181,9 @@ class Trials(QuickReports):
             if count % 200 == 0:
                 self._reach.write()
         self._reach.write()
+        if unused > len(self._items):
+            # Without tests every mutant would count as survived.
+            raise pytest.UsageError(f"{unused} tests fail without a mutant, and {len(self._items)} pass")
         _say("measured")
 
     def _measure(self, test: str, files: Sequence[str], pipe: TextIO) -> None:

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from aeros.runtime.gate.causes import collect_arguments
 from aeros.runtime.gate.conditions import CompiledCondition, ConditionValue
-from aeros.runtime.gate.request_check import unpack_arguments
 from aeros.runtime.gate.value_check import Scalars, ValueChecker, unpack_reading
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr import terms as t
@@ -34,10 +34,8 @@ class HoldCondition:
         self._forms = {name: ValueChecker(one) for name, one in site.state.items() if name in read}
         self._inputs: Scalars = {}
         forms = {one.name: ValueChecker(one) for one in skill.inputs.values()}
-        for _ in unpack_arguments(
-            forms, {f"inputs.{name}": value for name, value in inputs.items()}, "", self._inputs
-        ):
-            pass  # undeclared inputs were refused before the step began; here they are unknown
+        # Undeclared inputs were refused before the step began; here they are unknown.
+        collect_arguments(forms, {f"inputs.{name}": value for name, value in inputs.items()}, self._inputs)
 
     def violation(self, readings: Readings, now: float) -> Cause | None:
         """Check the condition on readings.

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, Reason
 from aeros.runtime.gate.request_check import unpack_arguments, unpack_readings
-from aeros.runtime.gate.value_check import Scalars, value_checkers
+from aeros.runtime.gate.value_check import Scalars, ValueChecker, value_checkers
 from aeros.runtime.gate.violation import MotionDeviation, RuleViolation
 from aeros.runtime.ports import Readings
 from aeros.skill import Action
@@ -76,6 +75,20 @@ def stop_cause(site: Site, rule: str, violation: RuleViolation | MotionDeviation
     return Cause("stopped", rule, rule, shortfalls=parts)
 
 
+def collect_arguments(
+    checkers: Mapping[str, ValueChecker], given: Mapping[str, Any], values: Scalars
+) -> None:
+    """Unpack the well-formed parameters or inputs into scalars, and leave out the others.
+
+    Args:
+        checkers: the declared parameters or inputs, by name.
+        given: the values, by name; a missing one takes its declared default.
+        values: receives each well-formed scalar, by scalar variable.
+    """
+    for _ in unpack_arguments(checkers, given, "", values):
+        pass  # the gate objects to them
+
+
 class _Denial:
     """The request that a decision was made on, with the values of its variables."""
 
@@ -96,14 +109,10 @@ class _Denial:
         parameters: Mapping[str, Declared] = {} if kind is None else kind.parameters
         inputs = {} if self._skill is None else self._skill.inputs
         given = {f"inputs.{name}": value for name, value in caller.inputs.items()}
-        for faults in (
-            unpack_arguments(value_checkers(parameters), requested_action.parameters, "", self._values),
-            unpack_arguments(value_checkers(inputs), given, "", self._values),
-            unpack_readings(
-                value_checkers(self._site.observed_variables), readings, now, frozenset(), self._values
-            ),
-        ):
-            deque(faults, maxlen=0)  # the reasons have them already
+        collect_arguments(value_checkers(parameters), requested_action.parameters, self._values)
+        collect_arguments(value_checkers(inputs), given, self._values)
+        state = value_checkers(self._site.observed_variables)
+        list(unpack_readings(state, readings, now, frozenset(), self._values))  # the reasons have the faults
 
     def causes(self, decision: Decision) -> Iterator[Cause]:
         for reason in decision.reasons:

@@ -6,16 +6,16 @@ again by the exact semantics, with which the gate agrees by definition. Pure.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from aeros.runtime.gate.causes import collect_arguments
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateMode
-from aeros.runtime.gate.request_check import request_fault, unpack_arguments, unpack_readings
+from aeros.runtime.gate.request_check import request_fault, unpack_readings
 from aeros.runtime.gate.value_check import Scalars, check_time, value_checkers
 from aeros.runtime.ports import Readings
 from aeros.skill import Action
@@ -159,12 +159,9 @@ class Explainer:
         """Collect every well-formed value of the request, as exact rationals; the gate reports the others."""
         values: Scalars = {}
         given = {f"inputs.{name}": value for name, value in caller.inputs.items()}
-        for faults in (
-            unpack_arguments(value_checkers(parameters), action.parameters, "", values),
-            unpack_arguments(value_checkers(inputs), given, "", values),
-            unpack_readings(self._state, readings, now, frozenset(self._state), values),
-        ):
-            deque(faults, maxlen=0)
+        collect_arguments(value_checkers(parameters), action.parameters, values)
+        collect_arguments(value_checkers(inputs), given, values)
+        list(unpack_readings(self._state, readings, now, frozenset(self._state), values))
         return {name: Fraction(value) if type(value) is float else value for name, value in values.items()}
 
 

@@ -27,7 +27,6 @@ class _MalformedRequestError(Exception):
     """The line is not a request; carries the field and its fault."""
 
     def __init__(self, field: str, text: str, code: str = "AE701") -> None:
-        super().__init__(text)
         self.reason = Reason(code, field, text)
 
 
@@ -163,13 +162,13 @@ def _parse(line: bytes) -> dict[str, Any]:
     if len(line) > MAX_LINE:
         raise _MalformedRequestError("request", f"the request is longer than {MAX_LINE} bytes")
     try:
-        request = json.loads(line.decode("utf-8"), object_pairs_hook=_reject_duplicate_keys)
+        request = json.loads(line.decode(), object_pairs_hook=_reject_duplicate_keys)
     except UnicodeDecodeError:
         raise _MalformedRequestError("request", "the request is not UTF-8") from None
     except RecursionError:
         raise _MalformedRequestError("request", "the request is nested too deeply") from None
     except ValueError as error:
-        raise _MalformedRequestError("request", f"the request is not JSON: {str(error)[:200]}") from None
+        raise _MalformedRequestError("request", f"the request is not JSON: {error}") from None
     _check_fields(request, _FIELDS, _OPTIONAL, "request")
     return dict(request)
 

@@ -12,6 +12,7 @@ Motions under feedback press what is held on the surface: their tool keeps to th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import takewhile
 from math import dist, inf
 from typing import NamedTuple
@@ -86,8 +87,7 @@ def find_surface_breach(
 
 
 def _held_alone(moving: SweptMotion) -> SweptMotion:
-    body = moving.body
-    return moving._replace(body=RobotBody(body.dh_rows, body.tool_offset, ()))
+    return moving._replace(body=replace(moving.body, balls=()))
 
 
 def _may_touch(

@@ -244,7 +244,9 @@ class MotionDecider:
             for joint, (m, w, s) in enumerate(zip(middle, width, slack, strict=True)):
                 if m - w - s < self._lowest[joint] or m + w + s > self._highest[joint]:
                     reasons.append(
-                        Reason("AE762", f"joint-{joint + 1}", f"joint {joint + 1} may leave its limits")
+                        _range_reason(
+                            joint + 1, (m - w - s, m + w + s), (self._lowest[joint], self._highest[joint])
+                        )
                     )
         for joint, (rates, limit) in enumerate(zip(_joint_rates(plan), self._joint_rates, strict=True), 1):
             reasons += _limit_violations(
@@ -268,7 +270,7 @@ class MotionDecider:
         reasons = _limit_violations("tool", "the tool", moving, self._moving, ("m/s", "m/s²", "m/s³"))
         if turning is not None:
             reasons += _limit_violations(
-                "tool-turning", "the tool's turning", turning, self._turning, ("rad/s", "rad/s²", "rad/s³")
+                "tool-turning", "the tool's rotation", turning, self._turning, ("rad/s", "rad/s²", "rad/s³")
             )
         for name, speed, plan in requested:
             reached = moving.speed if plan is arm else carried.speed if plan is base else 0.0
@@ -574,12 +576,23 @@ _JOINT_TOLERANCE: Final = 1e-6
 """Distance of a joint from its requested end that rounding explains, rad."""
 
 
+def _range_reason(joint: int, bounds: tuple[float, float], limits: tuple[float, float]) -> Reason:
+    (low, high), (lowest, highest) = bounds, limits
+    text = (
+        f"joint {joint} may be from {low:.4g} to {high:.4g} rad; "
+        f"its limits are {lowest:.4g} and {highest:.4g} rad"
+    )
+    return Reason("AE762", f"joint-{joint}", text)
+
+
 def _limit_violations(
     rule: str, what: str, rates: MotionRates, limit: MotionRates, units: tuple[str, str, str]
 ) -> list[Reason]:
     return [
         Reason(
-            "AE762", f"{rule}-{name}", f"{what} may reach a {name} of {a:.4g} {unit}; {b:.4g} is the limit"
+            "AE762",
+            f"{rule}-{name}",
+            f"the {name} of {what} may reach {a:.4g} {unit}; the limit is {b:.4g} {unit}",
         )
         for name, a, b, unit in zip(_RATES, rates, limit, units, strict=True)
         if not a <= b

@@ -16,7 +16,7 @@ from aeros.runtime.gate.explain import EvaluatedCondition, Explainer, Explanatio
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.gate.wire import explain_line, explanation_json
 from tests.differential.gate.test_gate_modes import fast_requests, requests
-from tests.unit.runtime.bench import Request, configuration, gate, request, without
+from tests.unit.runtime.bench import Request, configuration, gate, request, unproved, without
 
 
 @cache
@@ -61,6 +61,8 @@ def test_proved_conditions_are_not_evaluated_and_the_others_show_their_values() 
     assert clause(found, "top-speed").obligation == "safety/quickly/move/top-speed"
     assert clause(found, "top-speed").holds is None
     assert clause(found, "permission").obligation == "permission/quickly/move"
+    assert clause(found, "permission").text == "target in table and speed <= 500 mm/s"
+    assert clause(found, "envelope").values == {"target": "[0.25, 0.125, 0.25] m", "speed": "0.25 m/s"}
     assert clause(found, "near-person").values == {"human_distance": "1.5 m", "speed": "0.25 m/s"}
     assert clause(found, "near-person").holds is True
     assert set(found.layers.values()) == {True}
@@ -68,7 +70,9 @@ def test_proved_conditions_are_not_evaluated_and_the_others_show_their_values() 
 
 @pytest.mark.parametrize("mode", [GateMode.Z3, GateMode.CHECKED])
 def test_solver_modes_evaluate_every_condition(mode: GateMode) -> None:
-    found = explained(request(), Explainer(configuration(), mode))
+    by = Explainer(configuration(), mode)
+    assert by.gate.mode is mode
+    found = explained(request(), by)
     assert all(one.holds for one in found.conditions)
     assert clause(found, "top-speed").obligation == "safety/quickly/move/top-speed"
 
@@ -86,6 +90,21 @@ def test_conditions_on_missing_or_malformed_values_are_unknown() -> None:
         assert clause(found, "top-speed").holds is True  # something objects, so the proof is not relied on
         assert found.layers["form"] is False
         assert found.layers["invariants"] is None
+
+
+def test_a_layer_is_unknown_iff_one_of_its_conditions_reads_a_missing_value() -> None:
+    windless = explained(without(request("slowly", "carry"), "wind"))
+    assert clause(windless, "envelope").missing == ("wind",)
+    assert windless.layers["envelope and permission"] is None
+    assert windless.layers["invariants"] is True
+    module = unproved().modules["handling"]
+    permitted = {**module.permitted_actions, "carry": module.skills["slowly"].envelope["carry"]}
+    changed = replace(unproved(), modules={"handling": replace(module, permitted_actions=permitted)})
+    asked = without(request("quickly", "carry"), "wind")
+    windless = explained(asked, Explainer(changed, GateMode.COMPILED))
+    assert [one.name for one in windless.conditions if one.missing] == ["permission"]
+    assert windless.layers["envelope and permission"] is None
+    assert windless.layers["invariants"] is True
 
 
 def test_a_malformed_request_passes_no_layer() -> None:

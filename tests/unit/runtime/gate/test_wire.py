@@ -8,10 +8,11 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.decision import Decision, DecisionKind
+from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
+from aeros.runtime.gate.explain import Explainer
 from aeros.runtime.gate.gate import GateMode
-from aeros.runtime.gate.wire import MAX_LINE, decide_line, decision_json, request_json
-from tests.unit.runtime.bench import NOW, STATE, codes, gate, request
+from aeros.runtime.gate.wire import MAX_LINE, decide_line, decision_json, explain_line, request_json
+from tests.unit.runtime.bench import NOW, STATE, codes, gate, request, unproved
 
 
 def allowed() -> dict[str, Any]:
@@ -152,5 +153,66 @@ def test_a_request_is_read_strictly(change: Callable[[dict[str, Any]], Any], rea
 
 def test_a_very_long_name_is_cut_in_the_report() -> None:
     (reason,) = decide(text(lambda asked: asked.update({"n" * 500_000: 1}))).reasons
-    assert reason.rule == "n" * 100
-    assert len(reason.text) < 200
+    assert reason == Reason("AE702", "n" * 100, f"`{'n' * 100}` is not a field of `request`")
+    name = "n" * 500_000
+    (reason,) = decide(f'{{"{name}": 1, "{name}": 2}}').reasons
+    assert reason == Reason("AE701", "n" * 100, f"`{'n' * 100}` is given twice")
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        (b" " * (MAX_LINE + 1), "AE701 request: the request is longer than 1048576 bytes"),
+        (b"\xff\xfe", "AE701 request: the request is not UTF-8"),
+        (b"[" * 100_000, "AE701 request: the request is nested too deeply"),
+        (
+            b"{",
+            "AE701 request: the request is not JSON: Expecting property name enclosed in double quotes: "
+            "line 1 column 2 (char 1)",
+        ),
+        (b"[]", "AE701 request: `request` is not an object with action, state, time, usage, inputs"),
+        (b'{"time": 0, "time": 1}', "AE701 time: `time` is given twice"),
+        (b'{"urgent": 0}', "AE702 urgent: `urgent` is not a field of `request`"),
+        (b'{"action": {}}', "AE703 state: `request` has no `state`"),
+        (b'{"action": {}, "state": []}', "AE701 state: `state` of `request` has the wrong type"),
+        (b'{"action": {}, "state": {}, "time": 0}', "AE703 kind: `action` has no `kind`"),
+        (
+            b'{"action": {"kind": 1}, "state": {}, "time": 0}',
+            "AE701 kind: `kind` of `action` has the wrong type",
+        ),
+        (
+            b'{"action": {"kind": "move", "parameters": {}}, "state": {"hand": 1}, "time": 0}',
+            "AE701 hand: `hand` is not an object with value, time",
+        ),
+        (
+            b'{"action": {"kind": "move", "parameters": {}}, "state": {"hand": {"value": 1}}, "time": 0}',
+            "AE703 time: `hand` has no `time`",
+        ),
+        (
+            b'{"action": {"kind": "move", "parameters": {}}, "state": {"hand": {"frame": 1}}, "time": 0}',
+            "AE702 frame: `frame` is not a field of `hand`",
+        ),
+    ],
+)
+def test_the_reason_names_the_field_and_its_fault(line: bytes, reason: str) -> None:
+    (found,) = decide(line).reasons
+    assert f"{found.code} {found.rule}: {found.text}" == reason
+
+
+def test_an_explanation_of_a_malformed_line_has_its_reason() -> None:
+    explainer = Explainer(unproved(), GateMode.COMPILED)
+    found = explain_line(explainer, "handling", "quickly", b"[]")
+    assert found.decision == decide(b"[]")
+    assert found.conditions == ()
+
+
+def test_usage_and_inputs_of_a_line_reach_the_gate() -> None:
+    used = {**allowed(), **request_json(request(kind="carry").action, STATE, NOW, usage={"carry-rate": 3})}
+    assert codes(decide(used)) == [("AE742", "carry-rate")]
+    line = {**used, "usage": {"carry-rate": 0}, "inputs": {"tool": "brush"}}
+    assert decide(line, "paced").kind is DecisionKind.ALLOW
+    assert codes(decide({**line, "inputs": {}}, "paced")) == [("AE703", "inputs.tool")]
+    explained = explain_line(
+        Explainer(unproved(), GateMode.COMPILED), "handling", "paced", json.dumps(line).encode()
+    )
+    assert explained.decision.kind is DecisionKind.ALLOW

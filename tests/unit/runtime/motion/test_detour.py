@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import combinations, pairwise
+from math import cos, dist, pi, sin
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -107,3 +111,72 @@ def test_a_base_drives_beside_an_obstacle_and_not_over_it() -> None:
     assert max(x for x, _, _ in right) > 0.5
     aisle = find_base_detour(start, target, [blocked], lambda place: -0.2 < place[0] < 0.5, clear)
     assert aisle is None
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_base_passes_close_beside_an_obstacle_on_the_nearer_side(
+    axis: int, way: float, side: float
+) -> None:
+    def at(along: float, across: float) -> Vec3:
+        return (way * along, side * across, 0.0) if axis == 0 else (side * across, way * along, 0.0)
+
+    (ax, ay, _), (bx, by, _) = at(0.8, -0.5), at(1.2, 0.2)
+    lower, upper = (min(ax, bx), min(ay, by), -9.0), (max(ax, bx), max(ay, by), 9.0)
+    blocked = BarrierBox("box", lower, upper, False, False, None)
+    found = find_base_detour(at(0.0, 0.0), at(2.0, 0.0), [blocked], anywhere, clear)
+    assert found is not None
+    # At least 35 mm from its side, and the shortest way is the one with the fewest legs.
+    assert max(side * place[1 - axis] for place in found) == pytest.approx(0.235)
+    assert found[-1] == at(2.0, 0.0)
+
+
+def test_the_places_of_a_way_are_around_the_obstacle_over_it_and_near_the_base() -> None:
+    offered: list[Vec3] = []
+
+    def note(place: Vec3) -> bool:
+        offered.append(place)
+        return True
+
+    found(is_allowed=note)
+    # Heights of the ends, over the base, and over the top of the obstacle.
+    heights = sorted({z for _, _, z in offered})
+    assert heights == pytest.approx([0.25, 0.36, 0.45, 0.56, 0.7])
+    columns = {(x, y) for x, y, z in offered if z == max(heights)}
+    assert START[:2] in columns
+    assert TARGET[:2] in columns
+    wanted = [
+        (0.4 + along * (0.1 + off), 0.0 + across * (0.1 + off))
+        for off in (0.14, 0.24, 0.36)
+        for along in (-1, 0, 1)
+        for across in (-1, 0, 1)
+        if (along, across) != (0, 0)
+    ]
+    turns = [pi * step / 6.0 for step in range(-4, 5)]
+    wanted += [(far * cos(turn), far * sin(turn)) for far in (0.32, 0.45) for turn in turns]
+    for column in wanted:
+        assert min(dist(column, other) for other in columns) < 0.04, column
+    for column in columns - {START[:2], TARGET[:2], (0.4, 0.0)}:
+        assert min(dist(column, other) for other in wanted) < 1e-9, column
+    assert all(dist(one, other) >= 0.04 for one, other in combinations(columns, 2))
+
+
+def is_beyond(axis: int, sign: float, limit: float, place: Vec3) -> bool:
+    return sign * place[axis] >= sign * limit
+
+
+def cost(way: list[Vec3]) -> float:
+    return sum(dist(one, other) + 0.15 for one, other in pairwise([START, *way]))
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_no_way_through_fewer_places_is_shorter(axis: int, sign: float) -> None:
+    way = found()
+    assert way is not None
+    for limit in (-0.2, 0.0, 0.3, 0.4, 0.5):
+        other = found(is_allowed=partial(is_beyond, axis, sign, limit))
+        if other is not None:
+            assert cost(other) >= cost(way) - 1e-9
+            assert all(is_beyond(axis, sign, limit, place) for place in other[:-1])

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import hypot, pi, sqrt
+from math import dist, hypot, pi, sqrt
 
 import pytest
 
-from aeros.runtime.motion.bezier import Piece, split_in_half
+from aeros.runtime.motion.bezier import Piece, derivatives, split_in_half
 from aeros.runtime.motion.kinematic_bounds import (
     TIMING_PEAKS,
+    ForwardKinematics,
     MotionRates,
     add_rates,
     base_rates,
@@ -20,6 +21,7 @@ from aeros.runtime.motion.kinematic_bounds import (
     tool_rates,
 )
 from aeros.runtime.ports import RobotBody
+from tests.unit.runtime.motions import at, body, chance_of, path
 
 HALF_METRE = RobotBody(((0.0, 0.0, 0.0),), (0.5, 0.0, 0.0), ())
 """One joint about z, whose tool is half a metre from it."""
@@ -114,6 +116,69 @@ def test_pieces_meet_in_position_slope_and_bend(
     assert is_c2_continuous((first, (a, b, c, d))) is meets
 
 
+def test_seams_differ_by_no_more_than_rounding_explains() -> None:
+    most = 1e-9
+    still: Piece = ((0.0,),) * 4
+    for place, slope, bend in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)):
+        for size, meets in ((most, True), (-most, True), (1.01 * most, False), (-1.01 * most, False)):
+            e = place * size
+            f = e + slope * size
+            g = f + slope * size + bend * size
+            for seam in ((still, ((e,), (f,), (g,), (g,))), (((g,), (g,), (f,), (e,)), still)):
+                assert is_c2_continuous(seam) is meets
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_on_a_short_path_the_bounds_are_the_exact_derivatives(seed: int) -> None:
+    """By the path's parameter, compared with differences; the bounds exceed them by a share of the length."""
+    chance, length = chance_of(seed), 1e-3
+    robot = body(chance)
+    rows = [
+        (chance.uniform(-1.0, 1.0), chance.uniform(-1.0, 1.0) * length, chance.uniform(-1.0, 1.0) * length**2)
+        for _ in robot.dh_rows
+    ]
+    a, b, c, d = (
+        tuple(q + slope * third / 3.0 + bend * share for q, slope, bend in rows)
+        for third, share in enumerate((0.0, 0.0, 1.0 / 3.0, 1.0))
+    )
+    moving, turning = tool_rates(robot, ((a, b, c, d),), 1.0, 0.0)
+    postures = [ForwardKinematics(robot, at(((a, b, c, d),), s)).frames[-1] for s in (0.0, 0.5, 1.0)]
+    start, middle, end = ([*frame.to_base(robot.tool_offset)] for frame in postures)
+    slope = hypot(*(y - x for x, y in zip(start, end, strict=True)))
+    bend = 4.0 * hypot(*(x - 2.0 * y + z for x, y, z in zip(start, middle, end, strict=True)))
+    # |ω|² is half the sum of the squared rates of the three axes.
+    turn = sqrt(sum(dist(x, y) ** 2 for x, y in zip(postures[0][1:], postures[2][1:], strict=True)) / 2.0)
+    peak, second_peak, _ = TIMING_PEAKS
+    assert moving.speed / peak == pytest.approx(slope, rel=0.02)
+    assert turning.speed / peak == pytest.approx(turn, rel=0.02)
+    first = moving.speed / peak / (1.0 + 1e-9)
+    second = (moving.acceleration / (1.0 + 1e-9) - first * second_peak) / peak**2
+    assert second == pytest.approx(bend, rel=0.05)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_third_derivative_is_bounded_by_sums_over_all_pairs_and_triples_of_joints(seed: int) -> None:
+    """L = Σρ_i·C_i + 3·ΣΣρ_max(i,j)·B_i·A_j + ΣΣΣρ_max(i,j,k)·A_i·A_j·A_k, as in the module."""
+    chance = chance_of(seed)
+    robot, (piece,) = body(chance), path(chance, 1)
+    moving, _ = tool_rates(robot, (piece,), 1.0, 0.0)
+    speed, acceleration, jerk = TIMING_PEAKS
+    first = moving.speed / speed
+    second = (moving.acceleration - first * acceleration) / speed**2
+    third = (moving.jerk - 3.0 * second * speed * acceleration - first * jerk) / speed**3
+    known = derivatives(piece)
+    middle = [(a + 3.0 * (b + c) + d) / 8.0 for a, b, c, d in zip(*piece, strict=True)]
+    width = [max(abs(q - m) for q in column) for m, *column in zip(middle, *piece, strict=True)]
+    posture = ForwardKinematics(robot, middle)
+    tool = posture.frames[-1].to_base(robot.tool_offset)
+    _, reach = posture.displacement_bound(4, tool, width)
+    a, b, c, joints = known.max_first, known.max_second, known.third, range(4)
+    bound = sum(reach[i] * c[i] for i in joints)
+    bound += 3.0 * sum(reach[max(i, j)] * b[i] * a[j] for i in joints for j in joints)
+    bound += sum(reach[max(i, j, k)] * a[i] * a[j] * a[k] for i in joints for j in joints for k in joints)
+    assert third == pytest.approx(bound, rel=1e-6)
+
+
 def test_a_path_of_one_piece_is_continuous_and_every_seam_counts() -> None:
     assert is_c2_continuous((line(3.0),))
     onwards: Piece = ((3.0,), (4.0,), (5.0,), (6.0,))
@@ -127,6 +192,18 @@ def test_the_tool_of_a_joint_by_taylor_without_halving() -> None:
     assert moving == near(*rates_in_time(first, second, third, 2.0))
     # Rotation: 0.5 in the middle; its slope is bounded by half of 0.5², its bend by 1.5·0.5³.
     assert turning == near(*rates_in_time(0.5 + 0.125 / 2.0, 0.125, 0.1875, 2.0))
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_the_tool_on_a_path_of_several_pieces_by_taylor_without_halving(count: int) -> None:
+    angle = 0.5 / count
+    path = tuple(tuple((q + number * angle,) for (q,) in line(angle)) for number in range(count))
+    moving, turning = tool_rates(HALF_METRE, path, 2.0, 0.0)  # type: ignore[arg-type]
+    third = 0.5 * angle**3
+    first, second = hypot(0.5 * angle, 0.25 * angle**2) + third / 8.0, 0.5 * angle**2 + third / 2.0
+    assert moving == near(*rates_in_time(count * first, count**2 * second, count**3 * third, 2.0))
+    first, second, third = angle + angle**2 / 4.0, angle**2 / 2.0, 1.5 * angle**3
+    assert turning == near(*rates_in_time(count * first, count**2 * second, count**3 * third, 2.0))
 
 
 def test_halving_comes_close_to_the_exact_speed_and_stops_below_the_limit() -> None:
@@ -226,3 +303,19 @@ def test_speeds_on_pieces_bound_the_speed_there_and_nowhere_else() -> None:
         speeds[int(8.0 * s)] = max(speeds[int(8.0 * s)], 0.5 * 30.0 * u * u * (1.0 - u) ** 2 / 2.0)
     for bound, speed in zip(bounds, speeds, strict=True):
         assert speed <= bound <= 1.01 * speed
+
+
+def test_the_speed_on_a_long_piece_is_bounded_closely() -> None:
+    (bound,) = piece_speeds(HALF_METRE, (line(0.5),), 2.0)
+    assert 0.25 * 0.9375 <= bound <= 1.01 * 0.25 * 0.9375
+
+
+def test_the_displacement_of_a_point_by_hand() -> None:
+    """Two joints about z, half a metre apart, and a point 0.25 m beyond: ρ grows by what lies beyond."""
+    planar = RobotBody(((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), (0.25, 0.0, 0.0), ())
+    posture = ForwardKinematics(planar, (0.0, 0.0))
+    total, reaches = posture.displacement_bound(2, (0.75, 0.0, 0.0), (0.1, 0.2))
+    assert reaches == pytest.approx([0.75 + 0.2 * 0.25, 0.25])
+    assert total == pytest.approx(0.2 * 0.25 + 0.1 * 0.8)
+    assert posture.displacement_bound(1, (0.5, 0.0, 0.0), (0.1,)) == (0.05, [0.5])
+    assert posture.displacement_bound(0, (0.5, 0.0, 0.0), ()) == (0.0, [])

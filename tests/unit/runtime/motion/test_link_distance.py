@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from math import pi
 
 import pytest
@@ -141,3 +142,19 @@ def test_a_gap_is_that_of_the_rounded_hulls() -> None:
     still = PostureRange(FINGER, (0.0, pi / 2, pi / 2), (0.0,) * 3, (0.0,) * 3)
     assert still.find_gap(pair, 0.3) is None
     assert still.find_gap(pair, 0.5) == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.0, 0.4), (0.4, 0.8), (0.6, 1.0)])
+def test_a_contact_is_placed_on_the_whole_path_of_many_pieces(first: float, last: float) -> None:
+    """The last rod folds into the first one between two shares of the path, and rests before."""
+    count = 8
+    shares = [min(max((number / count - first) / (last - first), 0.0), 1.0) for number in range(count + 1)]
+    postures = [(share, 2.5 * share, 2.5 * share) for share in shares]
+    pieces = [piece for a, b in pairwise(postures) for piece in moving(a, b).paths[0]]
+    path = moving(postures[0], postures[-1], WITHOUT_FOOT)._replace(paths=(pieces,))
+    found = find_link_contact(path, 0.005)
+    assert found is not None
+    whole = find_link_contact(moving((0.0, 0.0, 0.0), (1.0, 2.5, 2.5), WITHOUT_FOOT), 0.005)
+    assert whole is not None
+    expected = first + whole.path_parameter * (last - first)
+    assert found.path_parameter == pytest.approx(expected, abs=0.06)

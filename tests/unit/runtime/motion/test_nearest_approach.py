@@ -52,6 +52,15 @@ def test_a_base_that_drives_with_the_arm_is_where_the_arm_is() -> None:
     assert find_nearest_approach(alone, WALL, "arm").distance == pytest.approx(0.44 - 0.5 * sin(0.5))
 
 
+def test_a_base_that_drives_with_the_arm_is_nowhere_else_meanwhile() -> None:
+    driving = turning(-0.5, base_path=(0.0, 0.3, 0.0))
+    found = find_nearest_approach(driving, WALL, "arm")
+    assert found.distance == pytest.approx(0.44 - 0.3 + 0.5 * sin(0.5))
+    assert found.path_parameter == 1.0
+    alone = find_nearest_approach(driving._replace(is_synchronous=False), WALL, "arm")
+    assert alone.distance == pytest.approx(0.44 - 0.3)
+
+
 def test_a_volume_of_the_base_drives_with_it() -> None:
     own = WALL._replace(is_in_base_frame=True)
     driving = turning(0.0, base_path=(0.0, 9.0, 0.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from math import pi
 
 import pytest
@@ -13,6 +14,7 @@ from aeros.runtime.motion.obstacle_contact import (
     find_held_contact,
     find_obstacle_contact,
     obstacle_hull,
+    trim_held_space,
 )
 from aeros.runtime.motion.swept_volume import BarrierBox, SweptMotion
 from aeros.runtime.ports import Ball, Hull, Obstacle, RobotBody, Vec3
@@ -140,3 +142,77 @@ def test_the_end_of_a_motion_is_looked_at_alone() -> None:
 
 def test_an_obstacle_is_a_barrier_for_every_link() -> None:
     assert as_barrier(ASIDE) == BarrierBox("aside", ASIDE.lower, ASIDE.upper, False, False, None)
+
+
+def crate(axis: int, sign: float, gap: float) -> Hull:
+    """A crate that stands beside the tool of the arm at 0 rad, at a distance along one axis, m."""
+    sides = [(-1.0, 1.0)] * 3
+    tool = ARM.tool_offset[axis]
+    sides[axis] = (tool + sign * gap, tool + sign * 2.0)
+    return Hull("crate", 0, tuple(product(sides[0], sides[1], sides[2])), 0.0)
+
+
+def space(shares: dict[tuple[int, float], float]) -> set[Vec3]:
+    """Corners of 0.1 m on each side of the tool, times the share of a side."""
+    rows = [
+        [ARM.tool_offset[axis] + sign * 0.1 * shares.get((axis, sign), 1.0) for sign in (-1.0, 1.0)]
+        for axis in range(3)
+    ]
+    return {(x, y, z) for x in rows[0] for y in rows[1] for z in rows[2]}
+
+
+def same(held: Hull, corners: set[Vec3]) -> bool:
+    return sorted(held.corners) == [pytest.approx(one) for one in sorted(corners)]
+
+
+BOXED = GRIPPED._replace(corners=tuple(sorted(space({}))))
+
+
+SIDES = [(axis, sign) for axis in range(3) for sign in (-1.0, 1.0)]
+
+
+@pytest.mark.parametrize(("axis", "sign"), SIDES)
+def test_the_side_of_a_held_object_beside_a_solid_thing_is_drawn_in(axis: int, sign: float) -> None:
+    # It is clear by 10 mm and by the 5 mm that the tool may sway.
+    for gap, share in ((0.0901, 0.75), (0.0899, 0.5)):
+        found = trim_held_space(turning(0.0, 1.0), BOXED, [crate(axis, sign, gap)], 0.01)
+        assert same(found, space({(axis, sign): share}))
+        assert (found.link, found.joint, found.radius) == ("held", 1, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("gap", "share"), [(0.1151, 1.0), (0.1149, 0.75), (0.0651, 0.5), (0.0649, 0.25), (0.0401, 0.25)]
+)
+def test_a_held_object_is_drawn_in_no_further_than_needed(gap: float, share: float) -> None:
+    found = trim_held_space(turning(0.0, 1.0), BOXED, [crate(1, 1.0, gap)], 0.01)
+    assert same(found, space({(1, 1.0): share}))
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_held_object_beside_two_solid_things_is_drawn_in_on_all_sides(sign: float) -> None:
+    both = [crate(0, sign, 0.0901), crate(2, sign, 0.0901)]
+    found = trim_held_space(turning(0.0, 1.0), BOXED, both, 0.01)
+    assert same(found, space(dict.fromkeys(SIDES, 0.75)))
+
+
+def test_a_held_object_of_which_a_quarter_is_not_clear_keeps_its_size() -> None:
+    assert trim_held_space(turning(0.0, 1.0), BOXED, [crate(0, 1.0, 0.0399)], 0.01) == BOXED
+    assert same(trim_held_space(turning(1.0, 0.0), BOXED, [crate(0, 1.0, 0.0399)], 0.01), space({}))
+
+
+def test_a_held_object_is_compared_with_obstacles_and_not_with_links() -> None:
+    touching = Hull("held", 1, ((0.05, 0.0, 0.0),), 0.01)  # the foot
+    assert find_obstacle_contact(turning(0.0, 0.0, held=touching), [ASIDE], 0.07) is None
+    assert find_obstacle_contact(turning(0.0, 0.0, held=touching), [ASIDE], 0.09) is not None
+
+
+def test_a_held_object_at_the_end_is_as_small_as_things_left_it_at_the_start() -> None:
+    beside = thing("beside", (0.5901, -1.0, -1.0), (2.0, 0.2, 1.0))
+    at_target = thing("at-target", (-1.0, 0.5871, -1.0), (0.3, 2.0, 1.0))
+    holding = turning(0.0, pi / 2.0, held=BOXED)
+    assert not ends_at_obstacle(holding, [beside, at_target], 0.01)
+    nearer = at_target._replace(lower=(-1.0, 0.5849, -1.0))
+    assert ends_at_obstacle(holding, [beside, nearer], 0.01)
+    # With nothing beside it at the start it is as large as it may be, and does not fit there.
+    assert ends_at_obstacle(holding, [at_target], 0.01)
+    assert not ends_at_obstacle(turning(0.0, pi / 2.0), [beside, at_target], 0.01)

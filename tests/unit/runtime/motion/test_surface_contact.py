@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf
+from math import inf, nextafter
 
 import pytest
 
+from aeros.runtime.motion.kinematic_bounds import piece_speeds
 from aeros.runtime.motion.surface_contact import SurfaceLimits, find_surface_breach
 from aeros.runtime.motion.swept_volume import BarrierBox, MergedMotion, RemainingMotion
 from aeros.runtime.ports import Hull, ServoBounds, Trajectory
@@ -63,3 +64,47 @@ def test_under_feedback_the_tool_is_slow_all_the_way() -> None:
     pressing = motion(1.0, 4.0, servo=servo)
     assert breach(pressing, SurfaceLimits(0.0, 0.1)) is None
     assert breach(pressing, SurfaceLimits(0.0, 0.09)) == (0.0, inf, 0.1)
+
+
+def test_a_motion_under_feedback_may_be_exactly_as_fast_as_allowed() -> None:
+    for speed, is_allowed in ((0.125, True), (0.126, False)):
+        servo = ServoBounds((0.0,), (0.5,), (2.0,), (50.0,), speed, 1.0, 10.0)
+        found = breach(replace(turn(0.9, 1.0, 4.0), servo=servo), SurfaceLimits(0.0, 0.125))
+        assert (found is None) is is_allowed
+        if found is not None:
+            assert found == (0.0, inf, 0.126)
+
+
+def test_a_base_that_drives_a_little_takes_the_held_object_no_farther() -> None:
+    assert breach(turn(0.0, 1.0, 3.0), SurfaceLimits(0.1, 0.2), 0.01) is None
+
+
+def test_a_motion_may_be_exactly_as_fast_as_allowed_where_it_enters() -> None:
+    plan = turn(0.0, 1.0, 3.0)
+    speeds = piece_speeds(plan.body, plan.joint_paths[0], plan.duration)
+    least = min(speed for speed in speeds if breach(plan, SurfaceLimits(0.1, speed)) is None)
+    found = breach(plan, SurfaceLimits(0.1, nextafter(least, 0.0)))
+    assert found is not None
+    assert found[2] == least
+    assert found[0] == (speeds.index(least) + 0.5) / 16
+
+
+def test_a_surface_is_touched_by_the_tool_of_a_longer_chain_as_by_that_of_one_joint() -> None:
+    """A first joint that stands makes no difference."""
+    for distance in (0.1, 0.02):
+        plan = turn(0.0, 1.0, 3.0)
+        (path,) = plan.joint_paths
+        pieces = tuple(tuple((0.0, *q) for q in piece) for piece in path)
+        balls = tuple(ball._replace(joint=2) for ball in plan.body.balls)
+        longer = replace(
+            plan,
+            body=replace(plan.body, dh_rows=plan.body.dh_rows * 2, balls=balls),
+            joint_paths=(pieces,),  # type: ignore[arg-type]
+        )
+        part, limits = RemainingMotion(longer), SurfaceLimits(distance, 0.2)
+        swept = MergedMotion(part, part).swept_motion(HELD._replace(joint=2))
+        found = find_surface_breach(longer, swept, [SHELF], 0.0, limits)
+        expected = breach(plan, limits)
+        assert (found is None) is (expected is None)
+        if found is not None:
+            assert found == pytest.approx(expected)

@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
-from math import nextafter, pi
+from dataclasses import replace
+from math import dist, hypot, inf, nextafter, pi
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from aeros.runtime.motion.bezier import Piece
-from aeros.runtime.motion.swept_volume import BarrierBox, SweptMotion, ball_enclosures, find_breach, is_clear
-from aeros.runtime.ports import Ball, RobotBody, Vec3
+from aeros.runtime.motion.bezier import Piece, path_chord
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics, norm
+from aeros.runtime.motion.swept_volume import (
+    BarrierBox,
+    MergedMotion,
+    RemainingMotion,
+    SweptMotion,
+    ball_enclosures,
+    find_breach,
+    is_clear,
+)
+from aeros.runtime.ports import Ball, RobotBody, Trajectory, Vec3
+from tests.unit.runtime.motions import body, chance_of, path, tool
 
 NOWHERE = (0.0, 0.0, 0.0)
 ARM = RobotBody(
@@ -89,7 +102,9 @@ def test_the_box_around_a_point_and_its_way_count(axis: int, sign: float) -> Non
     assert not is_clear(UNIT, point, along(1.0), NOWHERE, 2.01)
     assert is_clear(UNIT, point, NOWHERE, along(-sign * 1.0), 2.0)
     assert not is_clear(UNIT, point, NOWHERE, along(-sign * 1.0), 2.01)
-    assert is_clear(UNIT, point, along(1.0), along(sign * 9.0), 2.0)
+    for away in (9.0, 1e-9):
+        assert is_clear(UNIT, point, along(1.0), along(sign * away), 2.0)
+        assert not is_clear(UNIT, point, along(1.0), along(sign * away), 2.01)
     assert is_clear(UNIT, point, along(1.0), along(-sign * 0.5), 1.5)
     assert not is_clear(UNIT, point, along(1.0), along(-sign * 0.5), 1.51)
 
@@ -116,6 +131,65 @@ def test_inside_a_barrier_both_ends_of_the_way_keep_their_distance(axis: int) ->
     assert not is_clear(room, (11.0, 5.0, 5.0), NOWHERE, NOWHERE, 0.0)
 
 
+COORDINATES = st.floats(-3.0, 3.0)
+VECTORS = st.tuples(COORDINATES, COORDINATES, COORDINATES)
+SIZES = st.tuples(*[st.floats(0.0, 1.0)] * 3)
+
+
+def sampled_distance(barrier: BarrierBox, p: Vec3, edges: Vec3, way: Vec3) -> float:
+    """Least distance from a barrier of the box around a point, at 200 places of its way, m."""
+    least = inf
+    for number in range(201):
+        rows = [
+            (c + number / 200 * w - e, c + number / 200 * w + e, low, high)
+            for c, w, e, low, high in zip(p, way, edges, barrier.lower, barrier.upper, strict=True)
+        ]
+        if barrier.keep_inside:
+            least = min(least, *(min(a - low, high - b) for a, b, low, high in rows))
+        else:
+            least = min(least, hypot(*(max(low - b, a - high, 0.0) for a, b, low, high in rows)))
+    return least
+
+
+@pytest.mark.parametrize("inside", [False, True])
+@given(p=VECTORS, edges=SIZES, way=VECTORS, upper=SIZES, room=st.floats(1e-3, 1.0))
+def test_a_point_is_clear_iff_its_sampled_way_is(
+    inside: bool, p: Vec3, edges: Vec3, way: Vec3, upper: Vec3, room: float
+) -> None:
+    lower = (-0.25, -0.5, -0.125)
+    barrier = box(lower, upper, inside=inside)
+    if inside:
+        barrier = box((-3.0, -2.5, -2.0), (3.0 + upper[0], 3.0 + upper[1], 3.0 + upper[2]), inside=True)
+    distance = sampled_distance(barrier, p, edges, way)
+    between_samples = 2.0 * norm(way) / 200
+    if is_clear(barrier, p, edges, way, room):
+        assert distance >= room - 1e-9
+    else:
+        # The way is halved until its pieces are 1 mm long at most.
+        assert distance < room + 1e-3 + between_samples
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_the_way_is_halved_down_to_a_millimetre(axis: int, sign: float) -> None:
+    """Past an edge of the barrier at 45 degrees, at 0.5 m from it: the box around a piece is nearer."""
+    other = (axis + 1) % 3
+    p, way = [0.5] * 3, [0.0] * 3
+    p[axis], p[other] = 0.5 + sign * 0.5, 1.0
+    corner = (p[0], p[1], p[2])
+    outward = 0.5**0.5
+    for step in (axis, other):
+        p[step] += (sign if step == axis else 1.0) * 0.5 * outward
+    way[axis], way[other] = -sign * 0.5, 0.5
+    start, whole = (p[0], p[1], p[2]), (way[0], way[1], way[2])
+    back = (start[0] - way[0], start[1] - way[1], start[2] - way[2])
+    double = (2.0 * way[0], 2.0 * way[1], 2.0 * way[2])
+    assert dist(start, corner) == pytest.approx(0.5)
+    for first, along in ((start, whole), (back, double)):
+        assert is_clear(UNIT, first, NOWHERE, along, 0.499)
+        assert not is_clear(UNIT, first, NOWHERE, along, 0.5001)
+
+
 # Enclosures.
 
 
@@ -133,6 +207,27 @@ def test_a_moving_ball_is_enclosed_along_its_chord_and_near_it() -> None:
     assert arm.centre == pytest.approx((1.0, 0.0, 0.0))
     assert arm.edges == pytest.approx((0.0, 0.2, 0.0))
     assert arm.radius == pytest.approx(0.125 + 0.02)
+
+
+def test_the_enclosure_of_a_ball_is_around_its_centre_exactly() -> None:
+    for seed in range(10):
+        chance = chance_of(seed)
+        robot, line_ = body(chance), [*path(chance, 1)]
+        middle = path_chord(line_).middle
+        posture = ForwardKinematics(robot, middle)
+        found = ball_enclosures(robot, line_, (0.0,) * 4, robot.balls)
+        centres = [posture.frames[ball.joint].to_base(ball.centre) for ball in robot.balls]
+        assert [one.centre for one in found] == centres
+
+
+def test_tool_and_base_at_the_end_of_a_motion() -> None:
+    chance = chance_of(3)
+    arm = Trajectory(body(chance), (path(chance, 3),), (0.1, 0.2, 0.3), NOWHERE, 2.0)
+    drive = replace(arm, base_path=(0.5, -0.25, 0.125))
+    merged = MergedMotion(RemainingMotion(arm), RemainingMotion(drive))
+    assert merged.base_at_end() == pytest.approx((0.6, -0.05, 0.425))
+    expected = [a + b for a, b in zip(tool(arm, 1.0), drive.base_path, strict=True)]
+    assert merged.tool_at_end() == pytest.approx(expected)
 
 
 def test_slack_is_added_across_the_chord() -> None:
@@ -222,3 +317,19 @@ def test_every_path_is_searched() -> None:
     at_45 = post(0.7071, 0.7071)
     assert find_breach(one, [at_45], 0.0) is None
     assert find_breach(both, [at_45], 0.0) is not None
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_breach_is_where_the_base_takes_its_own_ball(axis: int, sign: float) -> None:
+    """The ball of 0.25 m at the base starts 2 m before a wall and drives 4 m: it meets it after 1.75 m."""
+    start, way, low, high = [0.5, 0.25, 0.125], [0.0] * 3, [-9.0] * 3, [9.0] * 3
+    way[axis] = sign * 4.0
+    low[axis], high[axis] = sorted((start[axis] + sign * 2.0, start[axis] + sign * 3.0))
+    wall = box((low[0], low[1], low[2]), (high[0], high[1], high[2]), links=frozenset({"base"}))
+    drive = moving(0.5, base=(start[0], start[1], start[2]), way=(way[0], way[1], way[2]))
+    breach = find_breach(drive, [wall], 0.0)
+    assert breach is not None
+    assert 1.75 / 4.0 - 1.0 / 16.0 <= breach.path_parameter <= 1.75 / 4.0 + 1.0 / 16.0
+    short = drive._replace(base_path=(0.43 * way[0], 0.43 * way[1], 0.43 * way[2]))
+    assert find_breach(short, [wall], 0.0) is None

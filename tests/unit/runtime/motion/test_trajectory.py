@@ -684,3 +684,32 @@ def test_an_obstacle_is_passed_on_the_way_to_a_target_that_is_clear_of_it() -> N
     allowed = Decision(DecisionKind.ALLOW, act("move", target=target, speed=0.25), ())
     found = MotionDecider(POLICY).decide(allowed, motion(), {"joint_angle": Reading((0.0,), 0.0)}, (), (box,))
     assert [reason.text.count("at its target") for reason in found.reasons] == [0]
+
+
+def test_a_motion_from_its_joints_and_to_its_target_within_exactly_the_tolerance() -> None:
+    policy = replace(POLICY, start_tolerance=Fraction(1, 64), end_tolerance=Fraction(1, 1024))
+    assert decided(motion(), "slide", policy, joint=1 / 64) == []
+    drive = motion(0.0, 4.0, base_path=(0.5, 0.0, 0.0))
+    assert decided(drive, "drive", policy, x=0.5 + 1 / 1024) == []
+    assert decided(drive, "drive", policy, x=0.5, y=1 / 1024) == []
+
+
+def test_a_motion_under_way_that_moves_nothing_keeps_to_any_speed() -> None:
+    still = ConcurrentMotion(act("drive", x=0.0, y=0.0, speed=0.01), replace(DRIVING, base_path=NOWHERE), 0.0)
+    here = act("move", target=(0.438791280945, 0.239712769302, 0.5), speed=0.25)
+    assert beside(here, motion(), still) == []
+
+
+def test_a_surface_of_a_barrier_for_all_links_is_touched_slowly() -> None:
+    kinds = {**CARRYING.kinds, "slide": replace(CARRYING.kinds["slide"], surface=SURFACE)}
+    policy = replace(CARRYING, kinds=kinds, barriers=(replace(CARRYING.barriers[0], links=None),))
+    assert carried(True, turn(0.0, 0.9, 4.0), policy) == []
+    assert carried(True, turn(0.0, 0.9, 2.0), policy) == [("AE763", "off-the-pillar")]
+
+
+def test_a_held_object_that_may_touch_one_volume_keeps_clear_of_others() -> None:
+    other = replace(CARRYING.barriers[0], id="off-the-shelf", volume="shelf")
+    kinds = {**CARRYING.kinds, "slide": replace(CARRYING.kinds["slide"], surface=SURFACE)}
+    policy = replace(CARRYING, kinds=kinds, barriers=(*CARRYING.barriers, other))
+    assert carried(True, turn(0.0, 0.9, 4.0), policy) == [("AE763", "off-the-shelf")]
+    assert carried(False, turn(0.0, 0.9, 4.0), policy) == []

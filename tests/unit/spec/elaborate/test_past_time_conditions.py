@@ -10,10 +10,12 @@ import pytest
 
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.past_time import HistoryCollector
+from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.semantics import TimedState, evaluate
 from aeros.spec.expr.typecheck.check import check
-from aeros.spec.expr.types import BOOL
+from aeros.spec.expr.types import BOOL, IntegerType
+from aeros.spec.expr.unparse import unparse
 from tests.unit.spec.expr.scope import SCOPE
 
 PAST = replace(SCOPE, past=True)
@@ -85,3 +87,31 @@ def test_equal_past_time_conditions_share_one_history() -> None:
     ]
     assert {one.declared.max_age for one in histories.collected} == {Fraction(0)}
     assert {one.declared.span for one in histories.collected} == {SPAN}
+
+
+@pytest.mark.parametrize(
+    ("text", "facts", "most"),
+    [
+        ("previously a", [], None),
+        ("a since b", ["b implies `{}`", "`{}` implies (b or a)"], None),
+        ("count within 5 s (a)", ["a implies (1 <= `{}`)"], 4096),
+    ],
+)
+def test_the_facts_that_proofs_may_use_of_a_history(text: str, facts: list[str], most: int | None) -> None:
+    histories = HistoryCollector()
+    condition = f"{text} <= 1" if most else text
+    histories.replace_past_terms(check(parse(condition), PAST, BOOL), SPAN)
+    (one,) = histories.collected
+    name = one.declared.name
+    assert [unparse(fact).replace(name, f"`{name}`") for fact in one.declared.known_facts] == [
+        fact.format(name) for fact in facts
+    ]
+    for fact in one.declared.known_facts:
+        assert all(part.op == "<=" for part in fact_comparisons(fact))
+    assert one.declared.range == (None if most is None else (Fraction(0), Fraction(most)))
+    assert one.declared.variable.type == (BOOL if most is None else IntegerType())
+
+
+def fact_comparisons(term: t.Term) -> list[t.Compare]:
+    below = [found for child in t.children(term) for found in fact_comparisons(child)]
+    return [term, *below] if isinstance(term, t.Compare) else below

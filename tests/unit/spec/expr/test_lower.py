@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, values_by_scalar
+from aeros.spec.expr.lower import lower, size_bounds, values_by_scalar
 from aeros.spec.expr.semantics import Value, evaluate
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, VectorType
 from aeros.spec.expr.units import NUMBER
@@ -53,3 +53,22 @@ def test_a_bound_variable_keeps_its_member_anywhere_in_a_vector(vector: t.Term, 
 def test_terms_without_a_scalar_form_are_not_lowered(term: t.Term) -> None:
     with pytest.raises(AssertionError, match=r"^not a (scalar|condition on one state): "):
         lower(term)
+
+
+@pytest.mark.parametrize(
+    ("term", "size", "height"),
+    [
+        # A variable counts 3, and each node 3 and all that its expansion repeats, with the index.
+        (C, 3, 1),
+        (t.Not(C), 6, 2),
+        (t.Select(F, t.Literal("i", SET)), 4, 2),
+        (CHOSEN, 4, 2),
+        (t.Select(F, t.Variable("s", SET, t.VariableRole.STATE)), 2 * (6 + 2) + 3, 2 + 1 + 1),
+        (t.Quantified("all", E, C), 2 * (3 + 3) + 3, 2),
+        (t.Aggregate("sum", E, CHOSEN), 2 * (3 + 4 + 4) + 3, 2 + 2 + 1),
+        (t.Compare("==", P, P), 3 * (3 + 3) + 3, 2),
+        (t.Compare("<=", CHOSEN, CHOSEN), 4 + 4 + 3, 3),
+    ],
+)
+def test_the_bounds_of_sizes_by_hand(term: t.Term, size: int, height: int) -> None:
+    assert size_bounds(term) == (size, height)

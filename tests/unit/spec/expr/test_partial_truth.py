@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -46,6 +48,12 @@ KNOWN: Environment = {"a": True, "ready": (True, False, True)}
 )
 def test_known_operands_decide_where_they_can(text: str, truth: bool | None) -> None:
     assert partial_truth(term_of(text), KNOWN) is truth
+
+
+def test_a_condition_of_which_exactly_the_variables_are_known_is_decided() -> None:
+    for value, truth in ((Fraction(1), True), (Fraction(2), False)):
+        assert partial_truth(term_of("x <= 1 m"), {"x": value}) is truth
+    assert partial_truth(term_of("x <= 1 m"), {"y": Fraction(1)}) is None
 
 
 @pytest.mark.parametrize(
