@@ -244,7 +244,8 @@ def _range_text(parameter: declared.Parameter) -> str:
     if parameter.range is None or len(parameter.range) != 2:
         return parameter.type.value
     low, high = (one.span.text for one in parameter.range)
-    return f"{low} to {high}" + ("" if parameter.unit is None else f" {parameter.unit.value}")
+    unit = None if parameter.unit is None else parameter.unit.value
+    return f"{low} to {high}" + ("" if unit in (None, "1") else f" {unit}")
 
 
 def module_settings(ecm: declared_ecm.Ecm, site: Site) -> tuple[Setting, ...]:
