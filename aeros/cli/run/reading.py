@@ -8,7 +8,9 @@ understands as a prohibition alone is refused without asking the model.
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from aeros.agent.errors import AgentError
@@ -22,9 +24,27 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.session.reading import read_with_model, refuse_unconfirmed
 from aeros.session.setup import understand_instruction
+from aeros.spec.diagnostics.codes import did_you_mean
+from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.model.ecm import Ecm
 
 if TYPE_CHECKING:
     from aeros.agent.reading.reader import ModelReading
+
+
+def _require_task(name: str, modules: Mapping[str, Ecm]) -> None:
+    """Require that a name is that of a task, also of a module that is not active: another error says so.
+
+    Raises:
+        InstructionError: There is no such task.
+    """
+    if is_task_name(shlex.quote(name), modules):
+        return
+    known = [task for module in modules.values() for task in module.tasks]
+    known += [f"{module.id}.{task}" for module in modules.values() for task in module.tasks]
+    near = did_you_mean(name, known)
+    listed = f"did you mean `{near}`?" if near else "`aeros tasks` lists the tasks"
+    raise InstructionError(f"there is no task `{escape_invisible(name)}`; {listed}")
 
 
 def find_meaning(
@@ -50,6 +70,8 @@ def find_meaning(
     """
     instruction = arguments.instruction
     require_planner_options(arguments)
+    if arguments.task is not None and not is_task_name(shlex.quote(arguments.task[0]), configuration.modules):
+        _require_task(arguments.task[0], {**governor.inactive_modules(), **configuration.modules})
     is_formal = arguments.goal is not None or is_task_name(instruction, configuration.modules)
     if arguments.planner != "llm" or arguments.resume or arguments.serve_plant or is_formal:
         return understand_or_ask(instruction, configuration, governor)

@@ -370,28 +370,6 @@ def dependency_candidates(
     return around | {one.id: one for one in given.values()}
 
 
-def with_required(
-    modules: Sequence[ModuleSummary], around: Mapping[str, ModuleSummary]
-) -> list[ModuleSummary]:
-    """Add the modules that others require by name, which a run would load with them.
-
-    Args:
-        modules: the given modules.
-        around: modules that dependencies may refer to, by name.
-
-    Returns:
-        The given modules, then those that they require and that are there, directly or not.
-    """
-    found = {one.id: one for one in modules}
-    pending = list(modules)
-    while pending:
-        for name in pending.pop().requires:
-            if name not in found and name in around:
-                found[name] = around[name]
-                pending.append(around[name])
-    return list(found.values())
-
-
 def conclusion_of(problems: Iterable[Diagnostic]) -> Conclusion:
     """Draw the conclusion from diagnostics.
 

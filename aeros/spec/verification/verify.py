@@ -36,7 +36,6 @@ from aeros.spec.verification.reports import (
     missing_module_report,
     module_report,
     unreadable_site_report,
-    with_required,
 )
 
 if TYPE_CHECKING:
@@ -173,8 +172,7 @@ def _report(
     agreement, encodings = prover.agreement(progress), prover.encodings(progress)
     prover.close()
     others = _others_with_settings(site, given, folders, prover.surroundings)
-    together = with_required(list(given.values()), around) if len(given) > 1 else list(given.values())
-    configuration = configuration_report(together, site, others)
+    configuration = configuration_report(list(given.values()), site, others)
     about_site = replace(site_report, variables=site.variables)
     report = Report(
         about_site, (*refused, *modules), prover.site_model, configuration, agreement, encodings, loops

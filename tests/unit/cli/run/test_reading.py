@@ -47,7 +47,7 @@ def options(instruction: str, server: Stub, **other: Any) -> argparse.Namespace:
         "planner": "llm",
         "llm_url": server.url,
         "llm_model": "stub",
-        **dict.fromkeys(("goal", "composition", "pddl_engine", "planning_timeout")),
+        **dict.fromkeys(("task", "goal", "composition", "pddl_engine", "planning_timeout")),
         **dict.fromkeys(("resume", "serve_plant", "supervised"), False),
     }
     return argparse.Namespace(**{**given, **other})
@@ -154,3 +154,22 @@ def test_options_are_checked_before_the_model_is_asked() -> None:
     with stub(says(GOOD)) as server, pytest.raises(UsageError):
         meaning_of("make dumplings", server, llm_model=None)
     assert server.asked == []
+
+
+@pytest.mark.parametrize(
+    ("task", "reason"),
+    [
+        ("make_dumpling", "there is no task `make_dumpling`; did you mean `make_dumplings`?"),
+        ("qqq", "there is no task `qqq`; `aeros tasks` lists the tasks"),
+        ("make", "there is no task `make`; `aeros tasks` lists the tasks"),
+    ],
+)
+def test_a_name_that_is_no_task_is_not_read_as_english(task: str, reason: str) -> None:
+    asked = argparse.Namespace(
+        instruction=task, task=[task], planner=None, goal=None, resume=False, serve_plant=False
+    )
+    for option in ("llm_url", "llm_model", "pddl_engine", "planning_timeout", "composition"):
+        setattr(asked, option, None)
+    with pytest.raises(InstructionError) as refused:
+        find_meaning(asked, reference(), cast("RegistryGovernor", NobodyElse()))
+    assert refused.value.reason == reason
