@@ -200,6 +200,6 @@ def _dependencies(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
                 f"`{name}`, which modules of this set need, is {found}",
                 labels[0],
                 tuple(labels[1:]),
-                help=("verify and install all modules that belong together, in versions that agree",),
+                help=("name the folders of all modules that belong together, in versions that agree",),
             ),
         )

@@ -47,9 +47,9 @@ RUN = 'models["gauge"].run(level=1, tilt=2)'
     ("body", "headline", "marked"),
     [
         (
-            '    models["gauge"].run(levl=1, level=1, tilt=2)\n',
-            "`levl` is not an input of the model `gauge`",
-            "levl=1",
+            '    models["gauge"].run(lvel=1, level=1, tilt=2)\n',
+            "`lvel` is not an input of the model `gauge`",
+            "lvel=1",
         ),
         (
             '    models["gauge"].run(level=1)\n',
@@ -78,10 +78,10 @@ def test_a_mistake_is_marked(body: str, headline: str, marked: str) -> None:
         f'    return {RUN}["volume"]\n',
         '    models["gauge"].run(**inputs)\n',
         '    models["gauge"].run(level=1, **inputs)\n',
-        "    models[inputs].run(levl=1)\n",
-        '    models["other"].run(levl=1)\n',
-        '    inputs["gauge"].run(levl=1)\n',
-        '    models = inputs\n    models["gauge"].run(levl=1)\n',
+        "    models[inputs].run(lvel=1)\n",
+        '    models["other"].run(lvel=1)\n',
+        '    inputs["gauge"].run(lvel=1)\n',
+        '    models = inputs\n    models["gauge"].run(lvel=1)\n',
         f'    found = {RUN}\n    found = inputs\n    return found["volum"]\n',
         f"    found = {RUN}\n    return found[inputs]\n",
     ],

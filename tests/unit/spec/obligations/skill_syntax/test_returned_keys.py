@@ -20,14 +20,14 @@ def found(body: str, leaving: type[ast.Return | ast.Yield] = ast.Return) -> list
 @pytest.mark.parametrize(
     "body",
     [
-        "    return {'height': 1, 'hieght': 2}\n",
-        "    values = {'hieght': 1}\n    return values\n",
-        "    values: dict[str, float] = {'height': 1}\n    values['hieght'] = 2\n    return values\n",
-        "    values = {}\n    if view:\n        values['hieght'] = 2\n    return values\n",
+        "    return {'height': 1, 'heihgt': 2}\n",
+        "    values = {'heihgt': 1}\n    return values\n",
+        "    values: dict[str, float] = {'height': 1}\n    values['heihgt'] = 2\n    return values\n",
+        "    values = {}\n    if view:\n        values['heihgt'] = 2\n    return values\n",
     ],
 )
 def test_an_undeclared_key_is_marked(body: str) -> None:
-    assert found(body) == ["'hieght'"]
+    assert found(body) == ["'heihgt'"]
 
 
 @pytest.mark.parametrize(
@@ -35,13 +35,13 @@ def test_an_undeclared_key_is_marked(body: str) -> None:
     [
         "    return {'height': 1, **view}\n",
         "    return {view: 1}\n",
-        "    other = {'hieght': 1}\n    return {'height': other['hieght']}\n",
-        "    values = {'hieght': 1}\n    values = {}\n    return values\n",
-        "    values = {'hieght': 1}\n    del values['hieght']\n    return values\n",
-        "    values = {'hieght': 1}\n    values.pop('hieght')\n    return values\n",
-        "    values = view\n    values['hieght'] = 2\n    return values\n",
-        "    def inner():\n        return {'hieght': 1}\n    return {'height': inner()}\n",
-        "    yield {'hieght': 1}\n",
+        "    other = {'heihgt': 1}\n    return {'height': other['heihgt']}\n",
+        "    values = {'heihgt': 1}\n    values = {}\n    return values\n",
+        "    values = {'heihgt': 1}\n    del values['heihgt']\n    return values\n",
+        "    values = {'heihgt': 1}\n    values.pop('heihgt')\n    return values\n",
+        "    values = view\n    values['heihgt'] = 2\n    return values\n",
+        "    def inner():\n        return {'heihgt': 1}\n    return {'height': inner()}\n",
+        "    yield {'heihgt': 1}\n",
     ],
 )
 def test_a_key_that_may_be_right_is_not_marked(body: str) -> None:
@@ -55,9 +55,9 @@ def test_yielded_dictionaries_are_looked_at_where_they_leave() -> None:
 
 
 def test_a_near_name_is_suggested_or_else_all_are_listed() -> None:
-    file = SkillFile("skills.py", b"def entry():\n    return {'hieght': 1, 'q': 2}\n")
+    file = SkillFile("skills.py", b"def entry():\n    return {'heihgt': 1, 'q': 2}\n")
     mistakes = undeclared_keys(file, file.functions["entry"], ast.Return, ("height", "width"), "an output")
     assert [(one.headline, one.help) for one in mistakes] == [
-        ("`hieght` is not an output", ("did you mean `height`?",)),
+        ("`heihgt` is not an output", ("did you mean `height`?",)),
         ("`q` is not an output", ("there are `height`, `width`",)),
     ]
