@@ -9,8 +9,8 @@ PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python
 VENV := .venv
 BIN := $(VENV)/bin
 DEMO := runs/demo
-# One test process more than there are cores: tests wait now and then, and each process imports all tests.
-JOBS ?= $(shell expr $$(nproc) + 1)
+# As many test processes as there are cores: each imports all tests and proves the modules that its tests need.
+JOBS ?= $(shell nproc)
 # Commands that tests start a hundred times would otherwise compile their modules each time.
 unexport PYTHONDONTWRITEBYTECODE
 PYTEST = $(BIN)/pytest -n $(JOBS) --dist worksteal
@@ -147,9 +147,10 @@ $(VENV)/.installed: $(VENV)/.created pyproject.toml requirements/install.txt req
 	@$(PIP) --no-deps --no-build-isolation --editable .
 	@touch $@
 
+# Not compiled: tests import a tenth of these files, and Python compiles what is imported.
 $(VENV)/.installed-test: $(VENV)/.installed requirements/test.txt
 	@echo 'installing what the tests need into $(VENV)'
-	@$(PIP) --require-hashes --requirement requirements/test.txt
+	@$(PIP) --no-compile --require-hashes --requirement requirements/test.txt
 	@touch $@
 
 $(VENV)/.installed-tools: $(VENV)/.created requirements/tools.txt

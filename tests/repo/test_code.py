@@ -4,6 +4,7 @@ import ast
 import importlib
 import re
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -29,19 +30,21 @@ def test_everything_in_all_exists_once(path: Path) -> None:
     assert len(set(module.__all__)) == len(module.__all__)
 
 
-@pytest.mark.parametrize("path", PYTHON, ids=str)
-def test_the_module_says_what_it_is_in_one_line(path: Path) -> None:
-    first = (ast.get_docstring(ast.parse(text_of(path))) or "").partition("\n")[0]
-    assert first
-    assert "|" not in first, "it would break the table of docs/architecture.md"
+def test_each_module_says_what_it_is_in_one_line() -> None:
+    first = {path: (ast.get_docstring(ast.parse(text_of(path))) or "").partition("\n")[0] for path in PYTHON}
+    assert len(first) > 500
+    assert [path for path, line in first.items() if not line] == []
+    # A bar would break the table of docs/architecture.md.
+    assert [path for path, line in first.items() if "|" in line] == []
 
 
+@cache
 def _codes_in_use() -> set[str]:
     """Codes that are string constants anywhere but in the registry."""
     return {
         node.value
         for path in PYTHON
-        if path != _REGISTRY
+        if path != _REGISTRY and re.search(r"AE\d{3}", text_of(path))
         for node in ast.walk(ast.parse(text_of(path)))
         if isinstance(node, ast.Constant)
         and isinstance(node.value, str)

@@ -45,7 +45,10 @@ def test_bodies_are_placed_before_the_clock_starts_alone() -> None:
     found = set()
     for path in sorted((ROOT / "aeros").rglob("*.py")):
         name = str(path.relative_to(ROOT / "aeros"))
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        if not any(word in text for word in (*PLACING, *STATE)):
+            continue
+        tree = ast.parse(text)
         for function in ast.walk(tree):
             if isinstance(function, ast.FunctionDef):
                 named = {one.attr for one in ast.walk(function) if isinstance(one, ast.Attribute)}

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.commands.server import commands_folder
+
 CONSOLE = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 COMMAND = re.compile(r"^\$ (.+)\n((?:(?!\$ ).*\n)*)", re.MULTILINE)
@@ -42,8 +44,8 @@ def shown_as_printed(shown: str, printed: str) -> str:
 
 
 def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """In `folder`, with the `aeros` and the `python` of these tests."""
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    """Run it in `folder`; `tests.commands.server` runs `aeros` and `python FILE`."""
+    path = os.pathsep.join((str(commands_folder()), str(Path(sys.executable).parent), os.environ["PATH"]))
     return subprocess.run(
         ["/bin/sh", "-c", command],
         cwd=folder,

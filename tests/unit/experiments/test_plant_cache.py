@@ -227,8 +227,10 @@ def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
     # The first seed has nothing to follow but itself; whatever is drawn later has mostly been drawn before.
     assert sum(lived.values()) < len(trials) / 3
     assert lived[seeds[-1]] < lived[0]
+    # The first, which all others follow, and the last, which follows most; `make deep` tries all.
+    compared = seeds if len(architectures) > 2 else (seeds[0], seeds[-1])
     for tried in conditions:
-        for seed in seeds:
+        for seed in compared:
             # A kind that has run nothing, so that there is nothing to be followed.
             with TaskTrials().open(tried, premises()) as alone:
                 assert comparable_findings(alone(seed), EQUIVALENT_INTERVAL) == comparable_findings(

@@ -65,6 +65,10 @@ class Watched:
         asked("resume", watched.state)
         return watched
 
+    def kill_plant(self) -> None:
+        plant = json.loads((self.state / "plant" / "agent.lock").read_text())["pid"]
+        os.kill(plant, signal.SIGKILL)
+
     def until(self, holds: Callable[[], Any]) -> Any:
         latest = time.monotonic() + PATIENCE
         while not (found := holds()):
@@ -182,8 +186,20 @@ def test_an_agent_that_hangs_is_killed_and_the_task_goes_on(tmp_path: Path) -> N
     assert verify_log(watched.out / "audit.jsonl").is_sound
 
 
-def test_a_task_that_had_ended_before_the_last_crash_is_reported_as_it_ended(tmp_path: Path) -> None:
+def check_that_a_second_is_refused(watched: Watched, capsys: pytest.CaptureFixture[str]) -> None:
+    """Check that the refusal of another run says who is there, and for what."""
+    state = str(watched.state)
+    assert main(["run", "clean the table", "--plant", "symbolic", "--watchdog", "--state", state]) == 1
+    message = capsys.readouterr().err
+    assert f"has an agent already: pid {watched.process.pid} on " in message
+    assert "for “make dumplings”" in message
+
+
+def test_a_second_is_refused_and_a_task_that_had_ended_before_the_last_crash_is_reported_as_it_ended(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     watched = Watched.paused(tmp_path)
+    check_that_a_second_is_refused(watched, capsys)
     # The agent comes to the end, and its watchdog does not hear of it any more.
     os.kill(watched.process.pid, signal.SIGSTOP)
     asked("resume", watched.state)
@@ -209,39 +225,31 @@ def test_a_task_that_had_ended_before_the_last_crash_is_reported_as_it_ended(tmp
     assert not (watched.state / "run.json").exists()
 
 
-def test_the_end_of_another_run_is_not_taken_for_that_of_this_one(tmp_path: Path) -> None:
+def test_the_end_of_another_run_is_not_taken_for_that_of_this_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     watched = Watched.killed(tmp_path)
     state = ["--state", str(watched.state)]
     assert main(["run", "make dumplings", "--plant", "symbolic", *state, "--out", str(tmp_path / "o")]) == 0
-    watched.process = watched.start("--resume")
-    code, message = watched.end()
-    assert code == Exit.REJECTED
+    capsys.readouterr()
+    assert main(["run", "--resume", *state]) == Exit.REJECTED
+    watched.kill_plant()
+    message = capsys.readouterr().err
     assert "the audit record does not hold the record at which the checkpoint was made" in message
 
 
-def test_an_agent_whose_supervisor_is_gone_leaves_its_task_to_be_resumed(tmp_path: Path) -> None:
-    watched = Watched.killed(tmp_path)
-    resume = [sys.executable, "-m", "aeros", "run", "--resume", "--state", str(watched.state)]
-    alone = {**os.environ, "NOTIFY_SOCKET": str(tmp_path / "gone"), "WATCHDOG_USEC": "1000000"}
-    halted = subprocess.run(resume, cwd=ROOT, env=alone, capture_output=True, text=True, check=False)
-    assert halted.returncode == Exit.REJECTED, halted.stdout + halted.stderr
-    assert (watched.state / "run.json").exists()
-    ended = subprocess.run(resume, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert ended.returncode == Exit.SUCCESS, ended.stdout + ended.stderr
-    assert not (watched.state / "run.json").exists()
-
-
-def test_a_second_one_is_refused_with_what_the_first_is_for(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_an_agent_whose_supervisor_is_gone_leaves_its_task_to_be_resumed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    watched = Watched.paused(tmp_path)
-    state = str(watched.state)
-    assert main(["run", "clean the table", "--plant", "symbolic", "--watchdog", "--state", state]) == 1
-    message = capsys.readouterr().err
-    assert f"has an agent already: pid {watched.process.pid} on " in message
-    assert "for “make dumplings”" in message
-    asked("resume", watched.state)
-    assert watched.end()[0] == Exit.SUCCESS
+    watched = Watched.killed(tmp_path)
+    resume = ["run", "--resume", "--state", str(watched.state)]
+    with monkeypatch.context() as alone:
+        alone.setenv("NOTIFY_SOCKET", str(tmp_path / "gone"))
+        alone.setenv("WATCHDOG_USEC", "1000000")
+        assert main(resume) == Exit.REJECTED
+    assert (watched.state / "run.json").exists()
+    assert main(resume) == Exit.SUCCESS
+    assert not (watched.state / "run.json").exists()
 
 
 @pytest.mark.parametrize("arguments", [[], ["make dumplings", "--resume"]])
@@ -262,8 +270,7 @@ def test_without_its_plant_a_task_ends_and_is_not_resumed_on_another(tmp_path: P
     # With ticks, over a second of computing lies between the end of the first step and that of the task.
     watched = Watched(tmp_path, "--plant", "kinematic")
     watched.until(lambda: watched.notes("step-ended"))
-    plant = json.loads((watched.state / "plant" / "agent.lock").read_text())["pid"]
-    os.kill(plant, signal.SIGKILL)
+    watched.kill_plant()
     code, message = watched.end()
     assert code == Exit.REJECTED, message
     assert "the plant has ended" in message

@@ -20,6 +20,17 @@ NEEDS_THE_SOLVER = str(CORPUS / "accepted" / "norm_of_a_difference")
 FORMATS = ("text", "json", "sarif", "junit", "github")
 
 
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder for solver answers, which are the same in every format."""
+    return tmp_path_factory.mktemp("answers")
+
+
+@pytest.fixture(autouse=True)
+def _shared_answers(answers: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AEROS_CACHE", str(answers))
+
+
 def verify(*arguments: object) -> int:
     return main(["verify", *map(str, arguments), "--site", SITE])
 
@@ -30,7 +41,7 @@ def verify(*arguments: object) -> int:
     [
         ([ACCEPTED, "--no-lock"], Exit.SUCCESS),
         ([REJECTED, "--no-lock"], Exit.REJECTED),
-        ([NEEDS_THE_SOLVER, "--no-lock", "--rlimit", "1"], Exit.UNDECIDED),
+        ([NEEDS_THE_SOLVER, "--no-lock", "--rlimit", "300"], Exit.UNDECIDED),
         ([ACCEPTED, "--check"], Exit.REJECTED),
     ],
     ids=["proved", "rejected", "undecided", "no certificate"],

@@ -250,13 +250,13 @@ def test_without_a_display_a_view_is_refused_before_anything_is_written(
     assert not (tmp_path / "out").exists()
 
 
-def moving(folder: Path, film: str = "run.gif") -> subprocess.Popen[bytes]:
-    """A run that is filmed and kept, some steps into its task."""
+def moving(folder: Path, decisions: int, film: str = "run.gif") -> subprocess.Popen[bytes]:
+    """A run that is filmed and kept, so many decisions into its task."""
     given = ["--video", str(folder / film), "--mcap", str(folder / "run.mcap")]
     command = [sys.executable, "-m", "aeros", *arguments(folder, *given)]
     run = subprocess.Popen(command, cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     audit, late = folder / "out" / "audit.jsonl", time.monotonic() + 120.0
-    while not audit.exists() or audit.read_bytes().count(b'"event":"decision"') < 15:
+    while not audit.exists() or audit.read_bytes().count(b'"event":"decision"') < decisions:
         assert time.monotonic() < late
         assert run.poll() is None
         time.sleep(0.02)
@@ -266,7 +266,7 @@ def moving(folder: Path, film: str = "run.gif") -> subprocess.Popen[bytes]:
 @pytest.mark.physics
 @pytest.mark.parametrize("name", ["run.gif", pytest.param("run.mp4", marks=pytest.mark.deep)])
 def test_an_interrupted_run_leaves_a_film_and_a_file_up_to_there(name: str, tmp_path: Path) -> None:
-    run = moving(tmp_path, name)
+    run = moving(tmp_path, 6, name)
     run.send_signal(signal.SIGINT)
     _, text = run.communicate(timeout=120.0)
     assert b"stopping the robot; press Ctrl-C again to exit at once" in text
@@ -282,7 +282,7 @@ def test_an_interrupted_run_leaves_a_film_and_a_file_up_to_there(name: str, tmp_
 def test_a_killed_run_leaves_no_film_and_of_the_messages_what_was_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    run = moving(tmp_path)
+    run = moving(tmp_path, 2)
     run.kill()
     run.communicate(timeout=60.0)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "run.mcap.part", "state"]

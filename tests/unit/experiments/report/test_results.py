@@ -51,14 +51,14 @@ def test_a_third_partys_class_runs_through_all_conditions_unchanged(results: dic
 
 
 def test_the_same_seeds_give_the_same_tables(results: dict[str, Any], tmp_path: Path) -> None:
-    again = made(tmp_path, ["1", "4"])
+    again = made(tmp_path, ["1"])
     before = copy.deepcopy(results)
+    before["experiments"] = [one for one in before["experiments"] if one["number"] == 1]
     for one in (*again["experiments"], *before["experiments"]):
         one.pop("timings")
         one.pop("overhead")
     conditions = {row["digest"] for one in again["experiments"] for row in one["rows"]}
-    for made_of in (again, before):
-        assert made_of.pop("work")["trials"] == len(conditions) * TRIALS
+    assert again.pop("work")["trials"] == len(conditions) * TRIALS < before.pop("work")["trials"]
     assert again == before
 
 
