@@ -103,8 +103,9 @@ def _move_joints(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Sy
     q, speed = tuple(_number(parameters, f"q{joint}") for joint in range(1, 8)), _speed(parameters)
     # Imported here: the kinematic chain imports NumPy, which the symbolic plant otherwise avoids.
     from aeros.sim.kinematic.tool_kinematics import tool_kinematics
+    from aeros.sim.robot.robot_file import reference_robot
 
-    target = add(tool_kinematics(q).position, values.get("base_position", (0.0, 0.0, 0.0)))
+    target = add(tool_kinematics(reference_robot(), q).position, values.get("base_position", (0.0, 0.0, 0.0)))
     duration = TICK + _PEAK_TO_MEAN * dist(values.get("tool_position", target), target) / speed
     return SymbolicMotion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
 
