@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
 from functools import cache
 from importlib.metadata import entry_points
 from math import isfinite
@@ -28,11 +29,13 @@ from aeros.sim.robot.model import (
 from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared.decode import decode
 from aeros.spec.declared.robots import robot as declared
-from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, SpanLabel
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity, elaborate_unit
 from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME, Dimension
+from aeros.spec.model.motion import MotionPolicy
+from aeros.spec.model.site import Site
 from aeros.spec.text.fields import NumberField, TextField
 from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml
@@ -46,6 +49,9 @@ REFERENCE_ROBOT: Final = "panda"
 _TORQUE: Final = FORCE * LENGTH
 _SPEED: Final = LENGTH * TIME**-1
 _TURNING: Final = ANGLE * TIME**-1
+
+_ROUNDING: Final = 1e-9
+"""Share of a limit by which a site may exceed it, as both are rounded."""
 
 _TILT: Final = 1e-3
 """Greatest tilt and yaw of the tool in the ready posture, rad."""
@@ -96,6 +102,54 @@ def read_robot(name_or_path: str) -> RobotModel:
     if name_or_path in shipped:
         return _read(shipped[name_or_path].resolve())
     return _read(Path(find_file(name_or_path, known_robots(), "robot file")).resolve())
+
+
+def robot_of(site: Site) -> RobotModel:
+    """Read the robot that a site names.
+
+    Args:
+        site: the site; if it names a robot, its limits of joints may be narrower than the robot's, not wider.
+
+    Returns:
+        The robot.
+
+    Raises:
+        UserError: there is no such robot, its file has problems, or the site allows more than its limits.
+    """
+    name = site.robot or REFERENCE_ROBOT
+    if name.endswith((".yaml", ".yml")):
+        name = str(Path(site.span.source.path).parent / name)
+    robot = read_robot(name)
+    excesses = [] if site.robot is None or site.motion is None else list(_excesses(site.motion, robot))
+    if excesses:
+        help_ = (f"keep `motion` of the site inside the limits of `{robot.name}`, or name another `robot`",)
+        source, start = site.span.source, site.span.start
+        first_line = SpanLabel(source.span(start, start + len(site.span.text.partition("\n")[0])))
+        raise UserError([Diagnostic("AE208", text, first_line, help=help_) for text in excesses])
+    return robot
+
+
+def _excesses(policy: MotionPolicy, robot: RobotModel) -> Iterator[str]:
+    """Yield the limits of a site that are wider than the robot's, as sentences."""
+    if len(policy.lowest) != robot.joint_count:
+        yield (
+            f"the site's motions have {len(policy.lowest)} joints; "
+            f"its robot `{robot.name}` has {robot.joint_count}"
+        )
+        return
+    limits = robot.limits
+    columns: tuple[tuple[str, tuple[Fraction, ...], Vector, int], ...] = (
+        ("position of joint {}, rad,", policy.lowest, limits.lowest, -1),
+        ("position of joint {}, rad,", policy.highest, limits.highest, 1),
+        ("speed of joint {}, rad/s,", policy.joint_limits[0], limits.speed, 1),
+        ("acceleration of joint {}, rad/s²,", policy.joint_limits[1], limits.acceleration, 1),
+        ("jerk of joint {}, rad/s³,", policy.joint_limits[2], limits.jerk, 1),
+    )
+    for name, allowed, official, sign in columns:
+        for joint, (one, limit) in enumerate(zip(allowed, official.tolist(), strict=True), 1):
+            if sign * (float(one) - limit) > _ROUNDING * abs(limit):
+                allowing = f"the site allows a {name.format(joint)} of {float(one):g}"
+                yield f"{allowing}; the robot's limit is {limit:g}"
 
 
 @cache

@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 
 from aeros.sim.robot import robot_file
-from aeros.sim.robot.robot_file import known_robots, read_robot, reference_robot
+from aeros.sim.robot.robot_file import known_robots, read_robot, reference_robot, robot_of
 from aeros.sim.shipped_files import shipped_files
-from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.site import Site
 
 PANDA_FILE = shipped_files("robots")["panda"]
 TEXT = PANDA_FILE.read_text(encoding="utf-8")
@@ -49,8 +51,7 @@ def place_of(found: Diagnostic) -> tuple[str, int, str]:
     """The file, the line, and the text from the place on."""
     assert found.primary is not None
     span = found.primary.span
-    lines = span.source.text[: span.start].splitlines()
-    return Path(span.source.path).name, len(lines), span.source.text[span.start : span.end]
+    return Path(span.source.path).name, span.line, span.source.text[span.start : span.end]
 
 
 def test_the_shipped_robots_are_read_once() -> None:
@@ -196,3 +197,59 @@ def test_an_entry_point_that_fails_is_named(monkeypatch: pytest.MonkeyPatch) -> 
     (found,) = error.value.diagnostics
     assert "`my_arm`" in found.headline
     assert "no_such_package_of_robots" in found.headline
+
+
+# Sites.
+
+SITE = (Path(__file__).parents[4] / "aeros" / "sites" / "panda_cell.yaml").read_text(encoding="utf-8")
+
+
+def site_with(folder: Path, old: str = "", new: str = "") -> Site:
+    path = folder / "cell.yaml"
+    path.write_text(SITE.replace(old, new, 1), encoding="utf-8")
+    diagnostics = Diagnostics()
+    site = load_site(path, diagnostics)
+    assert site is not None, list(diagnostics)
+    return site
+
+
+def test_a_site_names_its_robot_or_gets_that_of_the_reference_site(tmp_path: Path) -> None:
+    assert robot_of(site_with(tmp_path)) is reference_robot()
+    assert robot_of(site_with(tmp_path, "robot: panda\n")) is reference_robot()
+
+
+def test_a_site_names_a_file_beside_it(tmp_path: Path, write: Write) -> None:
+    write("id: panda", "id: my_arm")
+    assert robot_of(site_with(tmp_path, "robot: panda\n", "robot: arm.yaml\n")).name == "my_arm"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "cause"),
+    [
+        (
+            "[-2.8973, -1.7628,",
+            "[-2.8974, -1.7628,",
+            "position of joint 1, rad, of -2.8974; the robot's limit is",
+        ),
+        (
+            "2.61, 2.61, 2.61]",
+            "2.61, 2.61, 2.62]",
+            "speed of joint 7, rad/s, of 2.62; the robot's limit is 2.61",
+        ),
+        ("[15, 7.5,", "[15, 7.6,", "acceleration of joint 2"),
+        ("[7500, 3750,", "[7501, 3750,", "jerk of joint 1"),
+    ],
+)
+def test_a_site_that_allows_more_than_its_robot_is_refused(
+    old: str, new: str, cause: str, tmp_path: Path
+) -> None:
+    with pytest.raises(UserError) as error:
+        robot_of(site_with(tmp_path, old, new))
+    (found,) = error.value.diagnostics
+    assert cause in found.headline
+    assert place_of(found)[:2] == ("cell.yaml", 4)
+    assert found.help
+
+
+def test_a_site_may_allow_less(tmp_path: Path) -> None:
+    assert robot_of(site_with(tmp_path, "2.61, 2.61, 2.61]", "1, 1, 1]")) is reference_robot()
