@@ -52,6 +52,7 @@ from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint
 from aeros.agent.recovery.recover import ProgressRecovery
 from aeros.agent.world.definitions import definition_causes
 from aeros.runtime.ports import AuditEvent, Runtime
+from aeros.spec.model.cause import causes_to_json
 
 RETRY_INTERVAL_S: Final = 1.0
 """Time between two requests for an action that may be allowed later, in plant seconds."""
@@ -250,8 +251,13 @@ class TaskLoop:
             self._waited = 0.0
             self._replans += 1
             self._save()
+            behind = {"causes": causes_to_json(end.causes)} if end.causes else {}
             self._journal.record(
-                "replan", f"re-plan {self._replans}: {end.reason}", number=self._replans, reason=end.reason
+                "replan",
+                f"re-plan {self._replans}: {end.reason}",
+                number=self._replans,
+                reason=end.reason,
+                **behind,
             )
             # A plan that failed at once (for example while a sensor is silent) would fail again at once.
             failed_at_once = self._runtime.now() - began < RETRY_INTERVAL_S

@@ -57,19 +57,24 @@ def read_columns(file: str, content: bytes) -> dict[str, tuple[float, ...]]:
     readers = {".csv": _read_csv, ".json": _read_json, ".npz": _read_npz}
     suffix = file[file.rfind(".") :].lower()
     if suffix not in readers:
-        raise ModelFileError(f"`{file}` is not a table: its name ends in none of .csv, .json, .npz")
+        headline = f"`{file}` is not a table: its name ends in none of .csv, .json, .npz"
+        raise ModelFileError(headline, "store it as one of these, or declare `kind: file`")
     try:
         columns = readers[suffix](content)
     except ModelFileError as error:
-        raise ModelFileError(f"`{file}`: {error}") from error
+        raise ModelFileError(f"`{file}`: {error}", error.cure) from error
+    except UnicodeDecodeError as error:
+        raise ModelFileError(f"byte {error.start} of `{file}` is not UTF-8", "store it as UTF-8") from error
     except (ValueError, LookupError, OSError, struct.error, zipfile.BadZipFile, RecursionError) as error:
         raise ModelFileError(f"`{file}` is no well-formed {suffix} table: {str(error)[:200]}") from error
     lengths = {len(column) for column in columns.values()}
     if len(lengths) != 1 or 0 in lengths:
-        raise ModelFileError(f"`{file}` needs columns of one length, with at least one number in each")
+        headline = f"`{file}` needs columns of one length, with at least one number in each"
+        raise ModelFileError(headline, "add a row for each point")
     for name, column in columns.items():
         if not all(map(math.isfinite, column)):
-            raise ModelFileError(f"the column `{name}` of `{file}` holds a number that is not finite")
+            headline = f"the column `{name}` of `{file}` holds a number that is not finite"
+            raise ModelFileError(headline, "write a finite number in each row, or leave the row out")
     return columns
 
 
@@ -87,14 +92,20 @@ def split_header(header: str) -> tuple[str, str | None]:
 
 
 def _read_csv(content: bytes) -> dict[str, tuple[float, ...]]:
-    reader = csv.reader(io.StringIO(content.decode()), strict=True)
+    # Spreadsheets write a byte order mark before "CSV UTF-8".
+    reader = csv.reader(io.StringIO(content.decode("utf-8-sig")), strict=True)
     rows = [(reader.line_num, row) for row in reader if row]
     if not rows:
-        raise ModelFileError("a CSV table begins with the names of its columns")
+        cure = "write them into the first line, as in `level [mm],volume`"
+        raise ModelFileError("a CSV table begins with the names of its columns", cure)
     (_, header), *body = rows
+    if len(header) == 1 and (separator := next((one for one in ";\t" if one in header[0]), None)):
+        cure = "put commas between the columns, and a point before the decimals"
+        raise ModelFileError(f"its columns are separated by {separator!r}, not by commas", cure)
     for line, row in body:
         if len(row) != len(header):
-            raise ModelFileError(f"line {line} has {len(row)} numbers, and the header names {len(header)}")
+            found = f"line {line}: the header names {len(header)} columns, and here are {len(row)}"
+            raise ModelFileError(found, "write one number for each column")
     _limit(len(header) * len(body))
     numbers = [
         [_number(cell, line, name) for cell, name in zip(row, header, strict=True)] for line, row in body
@@ -108,7 +119,8 @@ def _number(cell: str, line: int, column: str) -> float:
         return float(cell)
     except ValueError:
         found = f"`{cell[:40]}` is no number" if cell.strip() else "a number is missing"
-        raise ModelFileError(f"line {line}, column `{column.strip()}`: {found}") from None
+        cure = "write a number, as 0.25 or 2.5e-1"
+        raise ModelFileError(f"line {line}, column `{column.strip()}`: {found}", cure) from None
 
 
 def _read_json(content: bytes) -> dict[str, tuple[float, ...]]:
@@ -167,6 +179,6 @@ def _unique(columns: Iterable[tuple[str, tuple[float, ...]]]) -> dict[str, tuple
     found: dict[str, tuple[float, ...]] = {}
     for name, column in columns:
         if name in found:
-            raise ModelFileError(f"two columns are named `{name}`")
+            raise ModelFileError(f"two columns are named `{name}`", "rename one, or remove it")
         found[name] = column
     return found

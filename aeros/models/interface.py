@@ -79,4 +79,12 @@ class ModelPackage:
 
 
 class ModelFileError(ValueError):
-    """The file of a model cannot be used; the message says why."""
+    """The file of a model cannot be used; the message says why.
+
+    Attributes:
+        cure: what to do about it, for people; empty if there is no one way.
+    """
+
+    def __init__(self, message: str, cure: str = "") -> None:
+        super().__init__(message)
+        self.cure = cure

@@ -149,12 +149,14 @@ def read_table(
     axes = {name: tuple(sorted(set(columns[name]))) for name in inputs}
     for name, axis in axes.items():
         if len(axis) < 2:
-            raise ModelFileError(f"the column `{name}` of `{file}` needs two different numbers at least")
+            headline = f"the column `{name}` of `{file}` needs two different numbers at least"
+            raise ModelFileError(headline, "add rows with other values, or remove this input")
         lower, upper = (end / inputs[name].factor for end in (inputs[name].lower, inputs[name].upper))
         if not (axis[0] <= lower and upper <= axis[-1]):
             raise ModelFileError(
                 f"the range of `{name}` is {lower:g} to {upper:g} {inputs[name].unit}, and the rows of "
-                f"`{file}` cover {axis[0]:g} to {axis[-1]:g} only"
+                f"`{file}` cover {axis[0]:g} to {axis[-1]:g} only",
+                f"add rows for the rest, or declare `range: [{axis[0]:g}, {axis[-1]:g}]`",
             )
     points = list(zip(*(columns[name] for name in inputs), strict=True))
     position = {point: row for row, point in enumerate(points)}
@@ -162,7 +164,8 @@ def read_table(
     if len(position) != len(points) or not all(point in position for point in grid) or not grid:
         raise ModelFileError(
             f"the {len(points)} rows of `{file}` are not one row for each combination of "
-            f"{' times '.join(f'{len(axis)} values of `{name}`' for name, axis in axes.items())}"
+            f"{' times '.join(f'{len(axis)} values of `{name}`' for name, axis in axes.items())}",
+            _grid_cure(axes, points),
         )
     order = [position[point] for point in grid]
     return Table(axes, {name: tuple(columns[name][row] for row in order) for name in outputs})
@@ -179,15 +182,33 @@ def _named_columns(
     headers = {split_header(header)[0]: header for header in columns}
     for name, value in declared.items():
         if value.shape:
-            raise ModelFileError(f"`{name}` has a shape, and a table holds single numbers")
+            headline = f"`{name}` has a shape, and a table holds single numbers"
+            raise ModelFileError(headline, "remove its `shape`, and declare one output for each number")
         if name not in headers:
-            raise ModelFileError(f"`{file}` has no column `{name}`; it has {', '.join(headers)}")
+            headline = f"`{file}` has no column `{name}`; it has {', '.join(headers)}"
+            raise ModelFileError(headline, f"name a column `{name}`, or correct the name in the manifest")
         unit = split_header(headers[name])[1]
         if unit is not None and unit != value.unit:
             raise ModelFileError(
-                f"the column `{name}` of `{file}` is in `{unit}`, and the manifest declares `{value.unit}`"
+                f"the column `{name}` of `{file}` is in `{unit}`, and the manifest declares `{value.unit}`",
+                f"declare `unit: {unit}` and the range in it, or convert the column",
             )
     return {name: columns[headers[name]] for name in declared}
+
+
+def _grid_cure(axes: Mapping[str, tuple[float, ...]], points: Sequence[tuple[float, ...]]) -> str:
+    """Name the first row that is there twice, or else the first point without a row."""
+    seen: set[tuple[float, ...]] = set()
+    for point in points:
+        if point in seen:
+            return f"keep one of the rows for {_point_text(axes, point)}"
+        seen.add(point)
+    missing = next((point for point in product(*axes.values()) if point not in seen), None)
+    return "" if missing is None else f"add a row for {_point_text(axes, missing)}"
+
+
+def _point_text(axes: Mapping[str, tuple[float, ...]], point: tuple[float, ...]) -> str:
+    return ", ".join(f"{name} = {number:g}" for name, number in zip(axes, point, strict=True))
 
 
 def _grid_size(axes: Mapping[str, tuple[float, ...]]) -> int:

@@ -134,7 +134,7 @@ def _require_locks(report: Report, site: Path, settings: OperatorSettings) -> No
                 module.lock.certificate,
                 given,
                 settings.configurations,
-                accepts_other_site=True,
+                accepts_other_setup=True,
             )
         )
         is not None

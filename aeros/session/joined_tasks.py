@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
 from aeros.agent.instructions.meaning import Understanding
 from aeros.runtime.gate.configuration import Configuration
 from aeros.spec.expr import terms as t
-from aeros.spec.model.ecm import ActionCondition, Task
+from aeros.spec.model.composition import Composition
+from aeros.spec.model.ecm import ActionCondition, Task, owner_of
+from aeros.spec.model.step_graph import steps_of
 
 
 def tasks_of(
-    understanding: Understanding, configuration: Configuration, goal: ActionCondition | None = None
+    understanding: Understanding,
+    configuration: Configuration,
+    goal: ActionCondition | None = None,
+    composition: Composition | None = None,
 ) -> list[Task]:
     """List the tasks whose scenes a simulator needs for an instruction.
 
@@ -21,19 +26,29 @@ def tasks_of(
         understanding: The requests, in order.
         configuration: The active modules.
         goal: A goal that replaces that of the only request, as `--goal` gives it; None for none.
+        composition: A composition that replaces the rules of the only request; None for none.
 
     Returns:
         The tasks of the requests, in order, each once; then, for each other module whose variables `goal`
-        reads, the one of its tasks whose own goal reads most of them.
+        reads or whose skills `composition` runs, the one of its tasks whose own goal reads most of the
+        variables.
     """
     found: list[Task] = []
     for errand in understanding.errands:
         if all(errand.routed.task.span != one.span for one in found):
             found.append(errand.routed.task_at_start)
-    if goal is not None:
-        served = {errand.routed.module for errand in understanding.errands}
-        found += _tasks_behind(t.variables_of(goal.term).keys(), served, configuration)
-    return found
+    read = frozenset() if goal is None else t.variables_of(goal.term).keys()
+    others = [name.partition(".")[0] for name in read if "." in name]
+    if composition is not None:
+        steps = (*steps_of(composition.body), *composition.handlers.values())
+        names = (name for step in steps for name in step.runs)
+        others += [owner_of(name, understanding.first.module)[0] for name in names]
+    served = {
+        module
+        for errand in understanding.errands
+        for module, _ in ((errand.routed.module, None), *errand.routed.task.rehearsals(errand.routed.module))
+    }
+    return [*found, *_tasks_behind(read, dict.fromkeys(others), served, configuration)]
 
 
 def joined_task(tasks: Sequence[Task]) -> Task:
@@ -50,9 +65,9 @@ def joined_task(tasks: Sequence[Task]) -> Task:
 
 
 def _tasks_behind(
-    names: AbstractSet[str], served: AbstractSet[str], configuration: Configuration
+    names: AbstractSet[str], modules: Iterable[str], served: AbstractSet[str], configuration: Configuration
 ) -> Iterator[Task]:
-    for module in dict.fromkeys(name.partition(".")[0] for name in names if "." in name):
+    for module in modules:
         tasks = configuration.modules[module].tasks.values() if module in configuration.modules else ()
         if tasks and module not in served:
             yield max(tasks, key=lambda task: len(names & t.variables_of(task.goal).keys()))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.session.plant_provider import PlantProviderError, PlantRequest, open_provided_plant
-from aeros.session.scene_files import scene_of_tasks
+from aeros.session.scene_files import scene_with
 from aeros.session.sensor_models import SensorSetup, sensor_setup
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.expr.doubles import to_doubles
@@ -128,7 +128,8 @@ def load_run_scene(
 
     Args:
         plant: The plant's name.
-        extra: A scene file that is added to the tasks', or its name; None for none.
+        extra: A scene file, or its name, that is added to the tasks', or replaces it if it has a robot; None
+            for none.
         configuration: Site and modules, whose folders have scenes.
         tasks: The tasks, in order. A scene that is put together from several files is built once, to find
             bodies that overlap.
@@ -145,7 +146,7 @@ def load_run_scene(
         raise PlantSetupError(f"`--scene` needs the physics plant: the {plant} plant has no obstacles")
     if plant == "symbolic" or (plant not in PLANTS and not _has_scene(tasks)):
         return None
-    scene = scene_of_tasks(configuration, tasks, extra)
+    scene = scene_with(configuration, tasks, extra)
     if plant not in PLANTS:
         return scene
     if len(scene.parts) > 1:

@@ -10,13 +10,14 @@ registry keeps the files with the module.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.ecm import Ecm, Task
 from aeros.spec.model.scene import Scene
+from aeros.spec.model.variables import members_of
 from aeros.spec.scenes.cells import load_cell
 from aeros.spec.scenes.load import add_scene, known_scenes, load_scene, require_robot
 
@@ -67,7 +68,7 @@ def scene_of_tasks(configuration: Configuration, tasks: Sequence[Task], extra: s
     Raises:
         UserError: as in `scene_of_task`, or the scenes cannot be combined.
     """
-    parts = [part for task in tasks for part in task.rehearsals(_module_of(configuration, task))]
+    parts = [part for task in tasks for part in task.rehearsals(module_of(configuration, task))]
     folders = {module: module_folders(configuration, module) for module, _ in parts}
     scenes: list[tuple[str, str]] = []
     for module, task in parts:
@@ -84,8 +85,16 @@ def scene_of_tasks(configuration: Configuration, tasks: Sequence[Task], extra: s
     return whole if extra is None else add_scene(whole, extra, folders[parts[0][0]], cameras, variables)
 
 
-def _module_of(configuration: Configuration, task: Task) -> str:
-    """Return the id of the module that provides a task; that of its scene if none does."""
+def module_of(configuration: Configuration, task: Task) -> str:
+    """Find the module of a task.
+
+    Args:
+        configuration: site and active modules.
+        task: the task.
+
+    Returns:
+        The id of the module that provides it; the name of its scene if none does.
+    """
     modules = configuration.modules.items()
     return next((id_ for id_, ecm in modules if _has(ecm, task)), task.scene or task.id)
 
@@ -129,7 +138,7 @@ def scene_with(configuration: Configuration, tasks: Sequence[Task], name: str | 
     """
     if name is not None:
         cameras, variables = _site_cameras(configuration), _state_variables(configuration)
-        module = _module_of(configuration, tasks[0]) if tasks else None
+        module = module_of(configuration, tasks[0]) if tasks else None
         found = load_scene(name, module_folders(configuration, module), cameras, variables)
         if found.robot is not None or not tasks:
             return require_robot(found)
@@ -141,10 +150,8 @@ def _site_cameras(configuration: Configuration) -> dict[str, Mapping[str, str]]:
     return {module: ecm.names.cameras for module, ecm in configuration.modules.items()}
 
 
-def _state_variables(configuration: Configuration) -> dict[str, Collection[str]]:
-    """Return for each module the short names of its own state variables, and the site's by the empty name."""
-    own = {
-        module: [name.rpartition(".")[2] for name in ecm.state]
-        for module, ecm in configuration.modules.items()
-    }
-    return {**own, "": [name for name in configuration.site.state if "." not in name]}
+def _state_variables(configuration: Configuration) -> dict[str, dict[str, tuple[str, ...]]]:
+    """Return the members of each variable's enum, by module and short name; the site's by the empty name."""
+    own = {module: members_of(ecm.state) for module, ecm in configuration.modules.items()}
+    of_site = {name: one for name, one in configuration.site.state.items() if "." not in name}
+    return {**own, "": members_of(of_site)}

@@ -45,6 +45,7 @@ from aeros.agent.planning.compositions import chosen_composition
 from aeros.agent.planning.task_graph import Part, PlanStep
 from aeros.agent.world.values import to_json_value
 from aeros.runtime.ports import EndedStep, StepHandle
+from aeros.spec.model.cause import Cause
 from aeros.spec.model.step_graph import If, Par, Seq
 
 
@@ -58,6 +59,7 @@ class PlanFailure:
         wait: what may change so that planning again helps later; None if nothing is waited for.
         pause_s: time that is to pass before another plan, plant seconds.
         is_declared: a step ended as it declares that it may, or could not start.
+        causes: the values behind predicates by definition that decide no branch, as data.
     """
 
     reason: str
@@ -65,6 +67,7 @@ class PlanFailure:
     wait: Wait | None = None
     pause_s: float = 0.0
     is_declared: bool = field(default=False, compare=False)
+    causes: tuple[Cause, ...] = ()
 
 
 _AFTER_LAST: Final = 0
@@ -183,8 +186,9 @@ class PlanExecutor:
             return (yield from self._run_part(part.then, scope, (*at, 0), role))
         if holds is False and part.otherwise is not None:
             return (yield from self._run_part(part.otherwise, scope, (*at, 1), role))
-        why = self._attempts.world.unmet_reason(part.condition)
-        return PlanFailure(f"the plan does not say how to continue if `{part.text}` is not met: {why}")
+        why, behind = self._attempts.unmet(part.condition)
+        reason = f"the plan does not say how to continue if `{part.text}` is not met: {why}"
+        return PlanFailure(reason, causes=behind)
 
     def _run_parallel(
         self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath, role: StepRole

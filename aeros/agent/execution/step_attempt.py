@@ -30,6 +30,7 @@ from aeros.agent.world.definitions import definition_causes
 from aeros.agent.world.values import CachingConverter, to_json_value
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import EndedStep, LogHead, Runtime, StepHandle, StepResult, StepStatus
+from aeros.spec.expr import terms as t
 from aeros.spec.model.cause import Cause, causes_to_json
 from aeros.spec.model.ecm import Ecm
 
@@ -79,6 +80,20 @@ class StepRunner:
     def world(self) -> WorldModel:
         """World as last measured, without the values that are too old by now."""
         return self._world.at_time(self._runtime.now())
+
+    def unmet(self, condition: t.Term) -> tuple[str, tuple[Cause, ...]]:
+        """Explain why a condition is not measured as true.
+
+        Args:
+            condition: boolean term.
+
+        Returns:
+            The reason in words, with the values behind predicates by definition; and these as data.
+        """
+        world = self.world
+        behind = definition_causes(world, world.unmet_parts(condition), self._runtime.active_modules())
+        why = "; ".join([world.unmet_reason(condition), *(f"by definition of {cause}" for cause in behind)])
+        return why, behind
 
     def observe(self) -> WorldModel:
         """Measure the world again.

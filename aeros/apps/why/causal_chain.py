@@ -5,6 +5,7 @@ The log may come from another version of AEROS, so missing or unexpected fields 
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
@@ -147,14 +148,23 @@ class RunLog:
             return CausalExplanation(text, (CausalLink(place, text),))
         goal = _goal(details)
         if details.get("reached") is True:
-            return CausalExplanation(f"{_text(details, 'task')}: goal reached{goal}", failed=failed)
+            wrong = self._refuted_belief(place)
+            ended = (
+                "the robot measured that the goal was reached, and it was not" if wrong else "goal reached"
+            )
+            return CausalExplanation(f"{_text(details, 'task')}: {ended}{goal}", wrong, failed)
         if details.get("skipped") is True:
             headline = f"{_text(details, 'task')}: skipped, as its condition does not hold"
             return CausalExplanation(headline, failed=failed)
         headline = f"{_text(details, 'task')}: the goal was not reached{goal}"
         task = _text(details, "task")
         unmet = self._unmet_definitions(place, task)
-        links = [CausalLink(place, _text(details, "reason")), *unmet, *self._cause_of_end(place)]
+        links = [
+            CausalLink(place, _text(details, "reason")),
+            *unmet,
+            *self._cause_of_end(place),
+            *self._undecided_branches(place),
+        ]
         failures = {one.record: one for one in links if one.is_failed_measurement}
         failures |= {one.record: one for one in self._failed_measurements(0, place, task)}
         # What a failed perceiver left unknown came before all that followed from it.
@@ -171,6 +181,25 @@ class RunLog:
                     at, "predicates by definition, with the values measured then", _causes(details)
                 )
                 return
+
+    def _undecided_branches(self, end: int) -> Iterator[CausalLink]:
+        """Yield each time that a plan was given up because nothing measured decided a branch, last first."""
+        for at, event, details in reversed([one for one in self._notes if one[0] < end]):
+            if event in ("run-ended", "task-selected"):
+                return
+            if event == "replan" and (causes := _causes(details)):
+                yield CausalLink(at, f"re-plan {details.get('number')}: {_text(details, 'reason')}", causes)
+
+    def _refuted_belief(self, end: int) -> tuple[CausalLink, ...]:
+        """Return the referee's judgement after the end, if the simulator's truth refutes the belief."""
+        for place, record in enumerate(self._records[end:], end):
+            details = record["details"]
+            if record["event"] == "goal-judged" and details.get("believed") and details.get("true") is False:
+                values = details.get("values")
+                found = values.items() if isinstance(values, dict) else ()
+                truth = ", ".join(f"{name} = {json.dumps(value)}" for name, value in found)
+                return (CausalLink(place, f"in the simulator {truth or 'the goal is false'}"),)
+        return ()
 
     def _is_disagreement(self, place: int) -> bool:
         return bool(self._records[place]["event"] == "gate-disagreement")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from aeros.apps.drawings.composition import composition_drawing
 from aeros.apps.drawings.drawing import Diagram, Edge, Node, dot, mermaid, svg
 from aeros.cli.arguments import add_command, existing_path
-from aeros.cli.author.module_argument import read_module, select_declared
+from aeros.cli.author.module_argument import add_module, read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.exit_codes import Exit, UsageError
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
@@ -47,7 +47,7 @@ def add_to(commands: Subparsers) -> None:
         commands: Subparsers of `aeros`.
     """
     parser = add_command(commands, "graph", __doc__, _EXAMPLES)
-    parser.add_argument("module", type=existing_path, metavar="MODULE", help="the module")
+    add_module(parser)
     parser.add_argument("--task", help="the task (default: the module's first)")
     parser.add_argument("--composition", help="the composition (default: the module's first)")
     add_module_settings(parser)
@@ -64,7 +64,9 @@ def add_to(commands: Subparsers) -> None:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    ecm, site = read_module(arguments.module, arguments.site, module_configurations(arguments))
+    ecm, site = read_module(
+        arguments.module, arguments.ecms or (), arguments.site, module_configurations(arguments)
+    )
     kind = arguments.kind or ("rules" if arguments.composition is None else "composition")
     if kind != "composition" and arguments.composition is not None:
         raise UsageError(f"--composition does not go with --kind {kind}")

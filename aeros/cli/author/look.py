@@ -17,6 +17,7 @@ from aeros.apps.look.looking import look
 from aeros.apps.look.picture_files import save_colours, save_depth
 from aeros.cli.arguments import add_command, existing_path, parse_seed, print_warning
 from aeros.cli.author.look_report import as_json, text_lines
+from aeros.cli.author.module_argument import add_module
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit, UsageError
@@ -33,7 +34,7 @@ from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.scene import Scene
-from aeros.spec.text.discovery import module_folders
+from aeros.spec.text.discovery import all_module_folders, module_folders
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -62,7 +63,7 @@ def add_to(commands: Subparsers) -> None:
         commands: Subparsers of `aeros`.
     """
     parser = add_command(commands, "look", __doc__, _EXAMPLES)
-    parser.add_argument("module", type=existing_path, help="the module's folder")
+    add_module(parser)
     parser.add_argument(
         "--task",
         nargs="+",
@@ -121,6 +122,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
     diagnostics.raise_if_errors()
     if len(folders) != 1:
         raise UsageError(f"`{arguments.module}` holds several modules; name one")
+    folders = all_module_folders([arguments.module, *(arguments.ecms or ())], diagnostics)
+    diagnostics.raise_if_errors()
     source = FolderModules(
         folders,
         arguments.site,

@@ -17,7 +17,7 @@ from aeros.agent.errors import AgentError
 from aeros.agent.memory.experience import with_experience
 from aeros.agent.memory.queries import open_memory_reader
 from aeros.cli.arguments import add_command, existing_path
-from aeros.cli.author.module_argument import read_module, select_declared
+from aeros.cli.author.module_argument import add_module, read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import plant_name
 from aeros.exit_codes import Exit, UsageError
@@ -70,6 +70,7 @@ examples:
   aeros predict ecms/clean_table --probability wipe.streaky=0.4 --max-retries wipe=3 --max-replans 0
   aeros predict ecms/fetch_object --probability grasp.grasped=13/20 --format json
   aeros predict ecms/fetch_object --from-memory .aeros --plant physics
+  aeros predict my/tidy_shelf --ecms ecms                            it requires modules of another folder
 """
 
 
@@ -80,7 +81,7 @@ def add_to(commands: Subparsers) -> None:
         commands: Subparsers of `aeros`.
     """
     parser = add_command(commands, "predict", __doc__, _EXAMPLES)
-    parser.add_argument("module", type=existing_path, metavar="MODULE", help="the folder of a module")
+    add_module(parser)
     parser.add_argument("--task", help="one of its tasks (default: all)")
     parser.add_argument(
         "--probability",
@@ -153,7 +154,9 @@ def _is_count(text: str) -> bool:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    found, site = read_module(arguments.module, arguments.site, module_configurations(arguments))
+    found, site = read_module(
+        arguments.module, arguments.ecms or (), arguments.site, module_configurations(arguments)
+    )
     chosen = (
         found.tasks.values()
         if arguments.task is None

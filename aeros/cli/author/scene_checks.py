@@ -5,13 +5,14 @@ No proof speaks of a scene, so a fault in one leaves the certificate as it is.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel, did_you_mean
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.model.scene import Scene
 from aeros.spec.scenes.cells import load_cell
 from aeros.spec.scenes.load import FOLDER, known_scenes, load_scene, require_robot, scenes_in
 from aeros.spec.text.discovery import MANIFEST
@@ -38,7 +39,7 @@ def add_scene_warnings(report: Report) -> Report:
 
 
 def _warnings(
-    module: SubjectReport, folders: Sequence[Path], variables: Mapping[str, Collection[str]]
+    module: SubjectReport, folders: Sequence[Path], variables: Mapping[str, Mapping[str, Sequence[str]]]
 ) -> Iterator[Diagnostic]:
     """Yield the faults of a module's scenes as warnings, each once."""
     if module.is_readable:
@@ -47,7 +48,7 @@ def _warnings(
 
 
 def _faults(
-    module: SubjectReport, folders: Sequence[Path], variables: Mapping[str, Collection[str]]
+    module: SubjectReport, folders: Sequence[Path], variables: Mapping[str, Mapping[str, Sequence[str]]]
 ) -> Iterator[Diagnostic]:
     # A run may have the modules beside this one, too.
     neighbours = [path.parent for path in sorted(module.path.resolve().parent.glob(f"*/{MANIFEST}"))]
@@ -65,8 +66,14 @@ def _faults(
     for name in {**scenes_in(module.path), **{one: None for one in module.scenes if one in known}}:
         try:
             scene = load_scene(name, around, module.cameras, variables)
+            known_modules = {*variables, *(path.name for path in everywhere)}
+            if scene.module is not None and scene.module not in known_modules:
+                yield _unknown_module(scene, module)
             if name in module.scenes:
                 require_robot(scene)
+                yield from _missing_cameras(module, scene, module.scenes[name])
+                for variable in scene.unmeasured(module.measured_by_site):
+                    yield _unmeasured(variable, scene.name, module.scenes[name])
         except UserError as error:
             yield from (_placed(one, module.scenes.get(name)) for one in error.diagnostics)
 
@@ -79,6 +86,34 @@ def _faults(
             load_cell(scenes, own_first, module.cameras, variables)
         except UserError as error:
             yield from (_placed(one, span, f"the scenes of `{task}`") for one in error.diagnostics)
+
+
+def _unknown_module(scene: Scene, module: SubjectReport) -> Diagnostic:
+    return Diagnostic(
+        "AE122",
+        f"the scene `{scene.name}` is of the module `{scene.module}`, which is not here",
+        help=(f"write `module: {module.name}` if it is of this one", f"or verify `{scene.module}` as well"),
+    )
+
+
+def _missing_cameras(module: SubjectReport, scene: Scene, span: SourceSpan) -> Iterator[Diagnostic]:
+    own_names = {one: name for name, one in module.cameras.get(module.name, {}).items()}
+    for camera in module.needed_cameras:
+        if camera not in scene.cameras:
+            own = own_names.get(camera, camera)
+            headline = f"the scene `{scene.name}` has no camera `{own}`, which the module takes pictures with"
+            help_ = (f"add `{own}` under `cameras` of the scene",)
+            yield Diagnostic("AE208", headline, SpanLabel(span, "the task that names it"), help=help_)
+
+
+def _unmeasured(variable: str, scene: str, span: SourceSpan) -> Diagnostic:
+    short = variable.rpartition(".")[2]
+    return Diagnostic(
+        "AE208",
+        f"`{short}` stays unknown in the scene `{scene}`, which has no place or instrument for it",
+        SpanLabel(span, "the task that names it"),
+        help=(f"add `{short}` under `places` or `instruments` of the scene",),
+    )
 
 
 def _first(folder: Path, others: Iterable[Path]) -> list[Path]:

@@ -291,7 +291,7 @@ def _update_certificates(report: Report, arguments: argparse.Namespace) -> list[
             if module.lock is None or module.lock.matches_folder(module.path):
                 continue
             is_linked = module.path.is_symlink()
-            if is_linked and not check_lock(module.path, module.lock.certificate, accepts_other_site=True):
+            if is_linked and not check_lock(module.path, module.lock.certificate, accepts_other_setup=True):
                 continue
             if arguments.check:
                 given = module_configurations(arguments)

@@ -212,7 +212,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--scene",
         metavar="FILE|NAME",
-        help="extra objects: a scene file or a shipped name (physics)",
+        help="extra objects: a scene file or its name; one with a robot replaces the task's scene (physics)",
     )
     parser.add_argument(
         "--report", action="store_true", help="write report.html there too, as `aeros report` does"
@@ -288,6 +288,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
         arguments.instruction = shlex.join(arguments.task)
     elif arguments.task is not None:
         raise UsageError("give an instruction or --task, not both")
+    if arguments.goal is not None and arguments.instruction is None and not is_going_on:
+        raise UsageError("--goal replaces the goal of a task: give an instruction or --task NAME, too")
     if is_going_on != (arguments.instruction is None):
         raise UsageError("give an instruction or --task NAME, or --resume without either")
     require_signing_options(arguments)
@@ -355,10 +357,10 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
             single_errand(meaning)
         goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
         meaning = meaning if goal is None else with_goal(meaning, goal)
-        tasks = tasks_of(meaning, configuration, goal)
+        module = configuration.modules[meaning.first.module]
+        tasks = tasks_of(meaning, configuration, goal, module.compositions.get(arguments.composition))
         routed = replace(meaning.first, task=joined_task(tasks))
         follows_rules = all(errand.routed.task.rules for errand in meaning.errands)
-        module = configuration.modules[routed.module]
         planner = build_planner(arguments, module, configuration.site, follows_rules=follows_rules)
         around = load_scene_extras(arguments, configuration, tasks)
         with open_outputs(arguments, routed.task.id) as (out, spectators), governor:

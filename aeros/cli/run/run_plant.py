@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import lock_folder
 from aeros.agent.planning.routing import RoutedTask
+from aeros.cli.arguments import print_warning
 from aeros.exit_codes import Exit
 from aeros.files import hold_temporary_folder, temporary_root
 from aeros.runtime.gate.configuration import Configuration
@@ -28,8 +29,10 @@ from aeros.session.plant_factory import (
     open_video,
     open_viewer,
 )
+from aeros.session.scene_files import module_of
 from aeros.session.setup import create_output_folder
 from aeros.sim.hosting.host import HostLog, PlantHost
+from aeros.spec.model.variables import measured_by_site
 
 if TYPE_CHECKING:
     from aeros.sim.engine.people import Person
@@ -104,8 +107,20 @@ def load_scene_extras(
     if is_remote(arguments):
         return SceneExtras((), (), None)
     scene = load_run_scene(arguments.plant, arguments.scene, configuration, tasks, arguments.seed)
+    if scene is not None:
+        _warn_of_unmeasured(configuration, tasks, scene)
     faults = load_faults(arguments.plant, arguments.faults, configuration, scene)
     return SceneExtras(people, faults, scene)
+
+
+def _warn_of_unmeasured(configuration: Configuration, tasks: Sequence[Task], scene: Scene) -> None:
+    """Print a warning of variables of the tasks' modules that nothing in the scene measures."""
+    parts = (part for task in tasks for part in task.rehearsals(module_of(configuration, task)))
+    owners = {module for module, _ in parts}
+    state = [one.state for module, one in configuration.modules.items() if module in owners]
+    missing = [f"`{name}`" for each in state for name in scene.unmeasured(measured_by_site(each))]
+    if missing:
+        print_warning(f"the scene has no place or instrument for {', '.join(missing)}: unknown in this run")
 
 
 @contextmanager

@@ -181,10 +181,10 @@ def _report_run(
         print(f"checked    Z3 confirmed {tally.confirmed} of {tally.decided} decisions")
     audited, sound = _check_log(out / AUDIT, request.signing)
     print(f"audit      {audited.records} records, {sound}")
-    if report.has_failed:
+    is_success = not report.has_failed and not (judgement is not None and judgement.is_false_claim)
+    if not is_success:
         print_line(f"why        aeros why {out}")
     _report_outputs(staged, feed, sound)
-    is_success = not report.has_failed and not (judgement is not None and judgement.is_false_claim)
     return Exit.SUCCESS if is_success and audited.bad_record is None else Exit.REJECTED
 
 

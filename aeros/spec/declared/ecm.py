@@ -60,7 +60,11 @@ class Outcome:
         default=None, metadata={"doc": "`true` if this outcome is a failure"}
     )
     probability: NumberField | None = field(
-        default=None, metadata={"doc": "its probability, between 0 and 1"}
+        default=None,
+        metadata={
+            "doc": "its probability, between 0 and 1; one of 0 is left out of proofs and predictions about "
+            "tasks, for what ends a task such as an object that is not there, and `aeros verify` lists it"
+        },
     )
     duration: TextField | None = field(default=None, metadata={"doc": "its usual duration, as in `12 s`"})
     verdict: TextField | None = field(
@@ -290,6 +294,7 @@ class Permissions(Access):
     """Permissions (P): the access that the module asks for, and the largest set of its actions."""
 
     actions: Named[ExpressionField] = field(
+        default=MappingField(),
         kw_only=True,
         metadata={
             "doc": "the widest set of actions that its skills may ask for, as in `grip: force <= 15 N`"
@@ -348,8 +353,14 @@ class Ecm:
     version: TextField = field(metadata={"doc": "its semantic version, as in `version: 1.0.0`"})
     description: TextField = field(metadata={"doc": "the module's purpose, for people"})
     license: TextField = field(metadata={"doc": "an SPDX expression, as in `license: Apache-2.0`"})
-    capabilities: Named[Capability] = field(metadata={"doc": "the capabilities that it gives the robot"})
-    skills: Named[Skill] = field(metadata={"doc": "its skills"})
+    capabilities: Named[Capability] = field(
+        default=MappingField(), kw_only=True, metadata={"doc": "the capabilities that it gives the robot"}
+    )
+    skills: Named[Skill] = field(
+        default=MappingField(),
+        kw_only=True,
+        metadata={"doc": "its skills; a module without any runs those of the modules that it requires"},
+    )
     permissions: Permissions = field(metadata={"doc": "the actions and access that it may use at most"})
     dependencies: Dependencies = field(metadata={"doc": "the versions and modules that it requires"})
     compositions: Named[Composition] = field(

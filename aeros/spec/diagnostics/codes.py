@@ -124,6 +124,7 @@ _TABLE: Final = (
     DiagnosticCode(
         "AE138", "other-meaning", "form", "an action kind has other parameters than the action that it means"
     ),
+    DiagnosticCode("AE139", "not-python", "form", "a file of module code is not plain Python"),
     DiagnosticCode("AE140", "overlapping-bodies", "form", "two bodies of a scene overlap"),
     DiagnosticCode("AE141", "unusable-model", "form", "a model file does not describe a body"),
     DiagnosticCode("AE142", "model-interface", "form", "a model's file lacks the interface that is declared"),
@@ -137,7 +138,7 @@ _TABLE: Final = (
         "AE147",
         "unknown-key",
         "form",
-        "code reads an observation, input, picture or model that it lacks",
+        "code uses a name that its observation, inputs, pictures, models or results lack",
     ),
     DiagnosticCode("AE148", "always-denied", "form", "skill code asks for an action outside of its envelope"),
     DiagnosticCode(

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
 
-from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel
+from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel, did_you_mean
 from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.doubles import double_problem
@@ -16,7 +16,7 @@ from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.syntax import Node, TextRange
 from aeros.spec.expr.typecheck.check import check, check_condition, infer
 from aeros.spec.expr.types import BOOL, RealType, Type
-from aeros.spec.expr.units import NUMBER, Dimension, Unit, parse_quantity, parse_unit, units_of
+from aeros.spec.expr.units import NUMBER, Dimension, Unit, parse_quantity, parse_unit, unit_names, units_of
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.text.fields import ExpressionField, TextField
 from aeros.spec.text.nodes import ScalarNode
@@ -186,7 +186,11 @@ def elaborate_unit(text: TextField | None, diagnostics: Diagnostics) -> Unit | N
             "AE207",
             f"`{text.value}` is not a unit",
             text.span,
-            help=("write it without spaces, as in `mm/s`, `N`, `rad`, `kg*m/s^2`; `1` for a bare number",),
+            help=(
+                f"did you mean `{near}`?"
+                if (near := did_you_mean(text.value, unit_names()))
+                else "write it without spaces, as in `mm/s`, `N`, `rad`, `kg*m/s^2`; `1` for a bare number",
+            ),
         )
     return unit
 

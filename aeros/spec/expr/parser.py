@@ -10,9 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr.syntax import TextRange
-from aeros.spec.expr.units import DIMENSIONLESS, Unit, match_unit, to_unit
+from aeros.spec.expr.units import DIMENSIONLESS, Unit, match_unit, to_unit, unit_names
 
 MAX_LENGTH = 4096  # characters: far beyond any rule a person can review
 MAX_DEPTH = 40  # nesting of the recursive descent, a dozen stack frames each
@@ -152,7 +153,7 @@ class _Parser:
         """whole := expression end"""
         node = self._expression()
         if self._next.kind != "end":
-            raise self._fault("expected an operator or the end of the expression")
+            raise self._unknown_unit() or self._fault("expected an operator or the end of the expression")
         return node
 
     def _expression(self) -> s.Node:
@@ -381,6 +382,15 @@ class _Parser:
             raise self._fault(f"expected {what}")
         token = self._advance()
         return s.Name(token.text, token.extent)
+
+    def _unknown_unit(self) -> ExpressionSyntaxError | None:
+        """Return the error for a word after a bare number, which was meant as its unit."""
+        token, before = self._next, self._tokens[max(self._position - 1, 0)]
+        if token.kind != "word" or before.kind != "number":
+            return None
+        near = did_you_mean(token.text, unit_names())
+        help_ = f"did you mean `{near}`?" if near else "write one as in `mm/s`, `N`, `rad` or `kg*m/s^2`"
+        return ExpressionSyntaxError(f"`{token.text}` is not a unit", token.extent, help_)
 
     def _fault(self, expected: str) -> ExpressionSyntaxError:
         token = self._next

@@ -8,6 +8,8 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER, TIME, Dimension, exact_decimal
 
+_MINUS_ONE = t.Literal(Fraction(-1), RealType(NUMBER))
+
 
 def unparse(term: t.Term) -> str:
     """Write a term as an expression that means it.
@@ -43,6 +45,8 @@ def unparse(term: t.Term) -> str:
             return f"{_operand(premise)} implies {_operand(conclusion)}"
         case t.Compare(op=op, left=left, right=right):
             return f"{_operand(left)} {op} {_operand(right)}"
+        case t.Add(left=left, right=t.Multiply(left=t.Literal() as sign, right=right)) if sign == _MINUS_ONE:
+            return f"{_operand(left)} - {_operand(right)}"
         case t.Add(left=left, right=right):
             return f"{_operand(left)} + {_operand(right)}"
         case t.Multiply(left=left, right=right):

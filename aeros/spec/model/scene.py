@@ -5,7 +5,7 @@ Only `aeros.spec.scenes` builds them; simulators and the referee read them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal, NamedTuple
 
@@ -486,6 +486,18 @@ class Scene:
         for name in (*self.places, *self.instruments):
             if not isinstance(self.instruments.get(name), ForceInstrument):
                 yield self.variables.get(name, name), name
+
+    def unmeasured(self, variables: Iterable[str]) -> list[str]:
+        """List the variables that nothing in the scene gives a value, so that they stay unknown in it.
+
+        Args:
+            variables: full names of state variables that sensors of the site measure.
+
+        Returns:
+            Those for which there is neither a place nor an instrument.
+        """
+        given = {self.variables.get(name, name) for name in (*self.places, *self.instruments)}
+        return [name for name in variables if name not in given]
 
     def placements(self) -> Iterator[tuple[str, Placement]]:
         """Yield the placement of each place and body.

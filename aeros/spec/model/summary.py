@@ -67,7 +67,10 @@ class ModuleSummary:
         runtime: `required_aeros_version` of its model.
         runtime_span: as in its model.
         model_digests: as in its model.
-        variables: names of its own state variables, without its own name.
+        variables: its own state variables without its own name, each with the members of its enum.
+        measured_by_site: full names of those that a sensor of the site measures.
+        needed_cameras: the site's names of cameras without whose pictures a perceiver or skill does not work.
+        left_out: outcomes of probability 0, which its closed loops leave out.
         capability_versions: as in its model.
         required_capabilities: as in its model.
         capability_spans: as in its model.
@@ -92,7 +95,7 @@ class ModuleSummary:
     runtime: str
     runtime_span: SourceSpan
     model_digests: Mapping[str, str]
-    variables: tuple[str, ...] = ()
+    variables: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     capability_versions: Mapping[str, str] = field(default_factory=dict)
     required_capabilities: Mapping[str, str] = field(default_factory=dict)
     capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
@@ -100,6 +103,9 @@ class ModuleSummary:
     resources: Mapping[str, str] = field(default_factory=dict)
     scenes: Mapping[str, SourceSpan] = field(default_factory=dict)
     composed_scenes: tuple[ComposedScenes, ...] = ()
+    measured_by_site: tuple[str, ...] = ()
+    needed_cameras: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
     cameras: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     @property
@@ -136,7 +142,7 @@ class SiteSummary:
         blocks: operator overrides that name a module.
         shared: variables of modules that the site shares, by full name, and where.
         settings: modules that have settings, and where in the site file; None if the operator alone has any.
-        variables: names of its own state variables.
+        variables: its own state variables, each with the members of its enum.
     """
 
     id: str
@@ -145,7 +151,7 @@ class SiteSummary:
     blocks: tuple[BlockSummary, ...]
     shared: Mapping[str, SourceSpan] = field(default_factory=dict)
     settings: Mapping[str, SourceSpan | None] = field(default_factory=dict)
-    variables: tuple[str, ...] = ()
+    variables: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def summarize_site(site: Site) -> SiteSummary:
@@ -157,6 +163,8 @@ def summarize_site(site: Site) -> SiteSummary:
     Returns:
         The summary.
     """
+    from aeros.spec.model.variables import members_of  # not in a run that finds its proofs in the cache
+
     return SiteSummary(
         site.id,
         site.digest,
@@ -168,7 +176,7 @@ def summarize_site(site: Site) -> SiteSummary:
         ),
         {name: one.span for name, one in site.perception.shared.items()},
         {name: site.policy_spans.get(f"modules/{name}") for name in site.configurations},
-        tuple(name for name in site.state if "." not in name),
+        members_of({name: one for name, one in site.state.items() if "." not in name}),
     )
 
 
@@ -181,6 +189,8 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
     Returns:
         The summary.
     """
+    from aeros.spec.model.variables import measured_by_site, members_of
+
     effect_values: dict[str, frozenset[str]] = {}
     for skill in ecm.skills.values():
         for outcome in skill.success_outcomes:
@@ -206,7 +216,7 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         ecm.required_aeros_version,
         ecm.runtime_span,
         dict(ecm.model_digests),
-        tuple(name.partition(".")[2] for name in ecm.state),
+        members_of(ecm.state),
         dict(ecm.capability_versions),
         dict(ecm.required_capabilities),
         dict(ecm.capability_spans),
@@ -218,12 +228,28 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
             for task in ecm.tasks.values()
             if task.scene is None and (scenes := _scenes_of_composed(ecm, task))
         ),
+        measured_by_site(ecm.state),
+        _needed_cameras(ecm),
+        tuple(
+            f"{skill.id}.{one.id}"
+            for skill in ecm.skills.values()
+            for one in skill.outcomes.values()
+            if ecm.tasks and one.probability == 0
+        ),
         {
             one.id: dict(one.names.cameras)
             for one in (ecm, *ecm.foreign.modules.values())
             if one.names.cameras
         },
     )
+
+
+def _needed_cameras(ecm: Ecm) -> tuple[str, ...]:
+    pictures = [one for perceiver in ecm.perceivers.values() for one in perceiver.pictures]
+    needed = [one.camera for one in pictures if not one.optional]
+    optional = {one.camera for one in pictures} - set(needed)
+    own = (one for one in ecm.names.cameras.values() if one not in optional)
+    return tuple(dict.fromkeys((*needed, *own)))
 
 
 def _scenes_of_composed(ecm: Ecm, task: Task) -> tuple[tuple[str, str], ...]:
@@ -311,8 +337,11 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "effect_values": {name: frozenset(values) for name, values in data["effect_values"].items()},
             "requires_spans": {name: span(at) for name, at in data["requires_spans"].items()},
             "runtime_span": span(data["runtime_span"]),
-            "variables": tuple(data["variables"]),
+            "variables": _members(data["variables"]),
             "capability_spans": {name: span(at) for name, at in data["capability_spans"].items()},
+            "measured_by_site": tuple(data["measured_by_site"]),
+            "needed_cameras": tuple(data["needed_cameras"]),
+            "left_out": tuple(data["left_out"]),
             "scenes": {name: span(at) for name, at in data["scenes"].items()},
             "composed_scenes": tuple(
                 ComposedScenes(task, tuple((module, scene) for module, scene in scenes), span(at))
@@ -348,5 +377,9 @@ def site_summary_from_json(data: Any, file: Source) -> SiteSummary:
         ),
         {name: layer_span(file, *at) for name, at in data["shared"].items()},
         {name: None if at is None else layer_span(file, *at) for name, at in data["settings"].items()},
-        tuple(data["variables"]),
+        _members(data["variables"]),
     )
+
+
+def _members(data: Any) -> dict[str, tuple[str, ...]]:
+    return {name: tuple(members) for name, members in data.items()}

@@ -17,7 +17,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.scope import AxisAlignedBox
-from aeros.spec.expr.types import RealType
+from aeros.spec.expr.types import EnumType, RealType
 from aeros.spec.expr.units import DIMENSIONLESS, Unit
 
 Ranges = Mapping[str, tuple[Fraction, Fraction]]
@@ -71,6 +71,32 @@ class Declared:
         if self.range is None:
             return -inf, inf
         return adjacent_doubles(self.range[0])[1], adjacent_doubles(self.range[1])[0]
+
+
+def measured_by_site(state: Mapping[str, Declared]) -> tuple[str, ...]:
+    """List the variables of a module that a sensor of the site measures, such as places of fixtures.
+
+    Args:
+        state: the module's own state variables by full name.
+
+    Returns:
+        Their full names; what perceivers measure, definitions and parameters of tasks are left out.
+    """
+    # The source of what a module makes itself has the module's name before it.
+    return tuple(name for name, one in state.items() if one.sensor is not None and "." not in one.sensor)
+
+
+def members_of(state: Mapping[str, Declared]) -> dict[str, tuple[str, ...]]:
+    """List the members of each variable's enum.
+
+    Args:
+        state: variables by name.
+
+    Returns:
+        For each variable, by its name in its module or site, the members; none if it is of no enum.
+    """
+    types = {name.rpartition(".")[2]: one.variable.type for name, one in state.items()}
+    return {name: type_.members if isinstance(type_, EnumType) else () for name, type_ in types.items()}
 
 
 def ranges_of(declared: Iterable[Declared]) -> dict[str, tuple[Fraction, Fraction]]:

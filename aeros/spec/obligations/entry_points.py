@@ -113,7 +113,7 @@ def _entry_point_error(
         help_ = (f"did you mean `{near}`?",) if near else ()
         return Diagnostic("AE123", f"there is no `{path}` in this module", label, help=help_)
     if isinstance(file, UnreadableCodeError):
-        return Diagnostic("AE123", f"`{path}` is not plain Python: {file}", label)
+        return file.diagnostic
     functions = _functions(file.tree)
     function = functions.get(name)
     if function is None:

@@ -84,7 +84,10 @@ def _read(ecm: Ecm, model: ModuleModel) -> tuple[Diagnostic | None, _Subject]:
     except OSError as failure:
         fault = f"`{model.file}` cannot be used by a skill: {failure.strerror}"
         return Diagnostic("AE131", fault, label), _Subject(package, None)
-    except (ModelFileError, OnnxFileError) as failure:
+    except ModelFileError as failure:
+        help_ = (failure.cure,) if failure.cure else ()
+        return Diagnostic("AE142", f"`{model.id}`: {failure}", label, help=help_), _Subject(package, None)
+    except OnnxFileError as failure:
         return Diagnostic("AE142", f"`{model.id}`: {failure}", label), _Subject(package, None)
     return None, _Subject(package, None)
 
@@ -98,7 +101,9 @@ def _table_fault(model: ModuleModel, table: Table, label: SpanLabel) -> Diagnost
                 "AE142",
                 f"`{model.id}`: the column `{name}` holds {min(numbers):g} to {max(numbers):g}, "
                 "outside its range",
-                SpanLabel(value.span, f"{float(low):g} to {float(high):g} {value.unit.text}"),
+                SpanLabel(
+                    value.span, f"{float(low):g} to {float(high):g} {value.unit.text}".removesuffix(" 1")
+                ),
                 (label,),
                 help=("widen the `range`, or correct the table",),
             )

@@ -11,7 +11,6 @@ from __future__ import annotations
 import ast
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from pathlib import Path
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
 from aeros.spec.model.configured import BoundNames
@@ -75,11 +74,7 @@ def skill_code_obligations(
     skill_files = {path: readable[path] for path in readable if path in acting}
     for path, file in files.items():
         if isinstance(file, UnreadableCodeError):
-            name, help_ = Path(ecm.folder) / path, ("write it as plain UTF-8",)
-            found = file.diagnostic or Diagnostic(
-                "AE134", f"`{name}` is not plain Python: {file}", help=help_
-            )
-            yield StaticClaim(ClaimForm.CODE_REACHES_NOTHING(path), found)
+            yield StaticClaim(ClaimForm.CODE_REACHES_NOTHING(path), file.diagnostic)
             continue
         kinds = [SKILL_NAMES] * (path in acting) + [PERCEIVER_NAMES] * (path in perceiving)
         yield StaticClaim(
@@ -89,7 +84,7 @@ def skill_code_obligations(
             yield StaticClaim(ClaimForm.CODE_FINDS_NEIGHBOURS(path), missing_neighbour_error(file, files))
         for perceiver in ecm.perceivers.values():
             if path == f"{perceiver.module_name}.py":
-                mistake = first_perceiver_mistake(perceiver, ecm.perceivers.values(), readable)
+                mistake = first_perceiver_mistake(perceiver, ecm, readable)
                 yield StaticClaim(ClaimForm.PERCEIVER_READS_GIVEN(perceiver.id), mistake)
         if path not in acting:
             continue

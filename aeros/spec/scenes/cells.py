@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
@@ -16,7 +16,7 @@ def load_cell(
     scenes: Sequence[tuple[str, str]],
     folders: Mapping[str, Sequence[str | os.PathLike[str]]],
     cameras: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
-    variables: Mapping[str, Collection[str]] | None = None,
+    variables: Mapping[str, Mapping[str, Sequence[str]]] | None = None,
 ) -> Scene:
     """Load the scenes of tasks and combine them.
 

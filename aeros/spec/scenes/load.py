@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -74,7 +74,7 @@ def load_scene(
     name_or_path: str,
     module_folders: Sequence[str | os.PathLike[str]] = (),
     cameras: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
-    variables: Mapping[str, Collection[str]] | None = None,
+    variables: Mapping[str, Mapping[str, Sequence[str]]] | None = None,
 ) -> Scene:
     """Load a scene.
 
@@ -83,8 +83,9 @@ def load_scene(
         module_folders: folders of modules whose scenes may be named, there and in `include`.
         cameras: for each module, the site's names of cameras by the module's; a scene of the module uses
             the module's.
-        variables: for each module, the short names of its own state variables, and those of the site by the
-            empty name: `truth` may define these alone; None does not check its names.
+        variables: for each module, its own state variables by short name, each with the members of its enum,
+            and those of the site by the empty name: `truth` and `parameters` may name these alone; None does
+            not check their names.
 
     Returns:
         The scene with all that it includes.
@@ -133,7 +134,7 @@ class _Loader:
 
     known: dict[str, Path]
     cameras: Mapping[str, Mapping[str, str]]
-    variables: Mapping[str, Collection[str]] | None
+    variables: Mapping[str, Mapping[str, Sequence[str]]] | None
     diagnostics: Diagnostics = field(default_factory=Diagnostics)
     under_way: list[Path] = field(default_factory=list)
     prefix: str = ""
@@ -246,7 +247,7 @@ def add_scene(
     name_or_path: str,
     module_folders: Sequence[str | os.PathLike[str]] = (),
     cameras: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
-    variables: Mapping[str, Collection[str]] | None = None,
+    variables: Mapping[str, Mapping[str, Sequence[str]]] | None = None,
 ) -> Scene:
     """Add the things of another scene file.
 

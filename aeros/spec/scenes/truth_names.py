@@ -1,8 +1,8 @@
-"""Names under `truth` of a scene: each is a state variable, else nobody would read its condition."""
+"""Names under `truth` and `parameters` of a scene: each is a variable, else nobody would read its line."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from aeros.spec.declared import scene as declared
@@ -11,15 +11,19 @@ from aeros.spec.elaborate.names import resolve_name
 
 
 def check_truth(
-    scene: declared.Scene, variables: Mapping[str, Collection[str]], prefix: str, diagnostics: Diagnostics
+    scene: declared.Scene,
+    variables: Mapping[str, Mapping[str, Sequence[str]]],
+    prefix: str,
+    diagnostics: Diagnostics,
 ) -> None:
-    """Check the names under `truth` of one file.
+    """Check the names under `truth` and `parameters` of one file.
 
     Args:
         scene: the file. Without `module` it may define variables of any module; where its module is not among
             `variables`, its names are not checked.
-        variables: for each module, the short names of its own state variables; those of the site by the
-            empty name. A full name of a module that is not among them is not checked.
+        variables: for each module, its own state variables by short name, each with the members of its enum;
+            those of the site by the empty name. A full name of a module that is not among them is not
+            checked.
         prefix: what those that include the file put before its names; a name may be meant with or without it.
         diagnostics: receives the faults.
     """
@@ -29,6 +33,7 @@ def check_truth(
     owners = list(variables) if module is None else [module, ""]
     known = dict.fromkeys(name for owner in owners for name in variables.get(owner, ()))
     owner = "a module" if module is None else f"`{module}`"
+    _check_parameters(scene, [variables.get(one, {}) for one in owners if one], owner, diagnostics)
     for name, _ in scene.truth:
         other, dot, short = name.value.rpartition(".")
         if dot and other in variables:
@@ -40,3 +45,17 @@ def check_truth(
             )
         elif not dot and prefix + name.value not in known:
             resolve_name(name, known, f"a state variable of {owner} or of the site", diagnostics)
+
+
+def _check_parameters(
+    scene: declared.Scene,
+    variables: Iterable[Mapping[str, Sequence[str]]],
+    owner: str,
+    diagnostics: Diagnostics,
+) -> None:
+    """Check that the names are parameters, and that these have the values."""
+    members = {name: known for one in variables for name, known in one.items() if known}
+    for name, things in scene.parameters:
+        values = resolve_name(name, members, f"a parameter of {owner} with named values", diagnostics)
+        for value, _ in things if values is not None else ():
+            resolve_name(value, dict.fromkeys(values or ()), f"a value of `{name.value}`", diagnostics)

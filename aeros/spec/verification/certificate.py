@@ -36,9 +36,11 @@ if TYPE_CHECKING:
 
 LOCK = "ecm.lock"
 GUARDED: Final = "GUARDED"
-_OF_THE_FILES: Final = frozenset({"schema", "module", "version", "manifest", "code", "models"})
-"""Fields of a certificate that a policy has no influence on."""
 """Verdict on an obligation that the gate decides at run time."""
+_OF_THE_FILES: Final = frozenset({"schema", "module", "version", "manifest", "code", "models"})
+"""Fields of a certificate that policy and settings have no influence on."""
+_OF_THE_OPERATOR: Final = frozenset({"site", "configuration"})
+"""Fields of a certificate that name the policy and the settings."""
 
 
 @dataclass(frozen=True)
@@ -195,7 +197,7 @@ def check_lock(
     site: Path | None = None,
     configurations: Mapping[str, ModuleConfiguration] = MappingProxyType({}),
     *,
-    accepts_other_site: bool = False,
+    accepts_other_setup: bool = False,
 ) -> Diagnostic | None:
     """Compare the `ecm.lock` in a folder with a certificate.  Never raises for its contents.
 
@@ -204,8 +206,8 @@ def check_lock(
         expected: the certificate that the file must hold.
         site: the site file, for the command that renews the file; None for the reference site.
         configurations: settings of the operator by module, for the same command.
-        accepts_other_site: an unaltered certificate of the same files under another policy is no difference,
-            as it says nothing about this one.
+        accepts_other_setup: an unaltered certificate of the same files under another policy or with other
+            settings is no difference, as it says nothing about these.
 
     Returns:
         The difference as a diagnostic, or None if there is none.
@@ -236,7 +238,8 @@ def check_lock(
     ):
         return Diagnostic("AE903", f"`{path}` was changed after it was written", help=cure)
     changed = [key for key, value in _body(expected).items() if found.get(key) != value]
-    if accepts_other_site and "site" in changed and _OF_THE_FILES.isdisjoint(changed):
+    is_other_setup = not _OF_THE_OPERATOR.isdisjoint(changed)
+    if accepts_other_setup and is_other_setup and _OF_THE_FILES.isdisjoint(changed):
         return None
     return Diagnostic(
         "AE902",

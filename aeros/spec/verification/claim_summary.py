@@ -63,9 +63,11 @@ def diagnostics_of(claims: Iterable[ClaimSummary]) -> tuple[Diagnostic, ...]:
         claims: the claims.
 
     Returns:
-        The diagnostics, in order.
+        The diagnostics, in order; each once, also if several claims have it, as those of two skills that run
+        one function.
     """
-    return tuple(one.diagnostic for one in claims if one.diagnostic is not None)
+    found = (one.diagnostic for one in claims if one.diagnostic is not None)
+    return tuple(dict.fromkeys(found))
 
 
 @dataclass(frozen=True, slots=True)

@@ -56,9 +56,13 @@ class SubjectReport:
         findings: results of the other claims, in full; empty where only the report was asked for.
         lock: the expected `ecm.lock` of a module that is PROVED.
         ecm: the model of a module; None where only the report was asked for.
-        variables: names of its own state variables, a module's without its own name.
+        variables: its own state variables, a module's without its own name, each with the members of its
+            enum.
         scenes: scenes that a module's tasks name, and where.
         composed_scenes: of a module's tasks that name no scene and compose others, the scenes of these.
+        measured_by_site: full names of a module's own variables that a sensor of the site measures.
+        needed_cameras: the site's names of cameras without which a perceiver or skill does not work.
+        left_out: outcomes of probability 0, as in `look.not_here`, which a module's closed loops leave out.
         cameras: for a module and each that it requires, the site's names of cameras by the module's.
         is_readable: False if its files could not be read or understood.
     """
@@ -72,9 +76,12 @@ class SubjectReport:
     findings: tuple[ObligationResult, ...] = ()
     lock: LockFile | None = None
     ecm: Ecm | None = None
-    variables: tuple[str, ...] = ()
+    variables: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     scenes: Mapping[str, SourceSpan] = field(default_factory=dict)
     composed_scenes: tuple[ComposedScenes, ...] = ()
+    measured_by_site: tuple[str, ...] = ()
+    needed_cameras: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
     cameras: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     is_readable: bool = True
 
@@ -266,6 +273,9 @@ def module_report(
         variables=presence.variables,
         scenes=presence.scenes,
         composed_scenes=presence.composed_scenes,
+        measured_by_site=presence.measured_by_site,
+        needed_cameras=presence.needed_cameras,
+        left_out=presence.left_out,
         cameras=presence.cameras,
     )
     if one.findings is None:

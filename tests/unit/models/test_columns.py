@@ -45,11 +45,13 @@ def test_a_unit_stands_in_brackets() -> None:
         ("a.csv", b"", "^`a.csv`: .* begins with the names"),
         ("a.csv", b"x,y [mm]\n1,2\n\n3,z\n", r"^`a.csv`: line 4, column `y \[mm\]`: `z` is no number"),
         ("a.csv", b"x\n1\n \n", "^`a.csv`: line 3, column `x`: a number is missing"),
-        ("a.csv", b"x,y\n1\n", "line 2 has 1 numbers"),
+        ("a.csv", b"x,y\n1\n", "line 2: the header names 2 columns, and here are 1"),
+        ("a.csv", b"x;y\n0,5;1\n", "separated by ';', not by commas"),
+        ("a.csv", b"x\ty\n0\t1\n", r"separated by '\\t', not by commas"),
         ("a.csv", b"x\nnan\n", "not finite"),
         ("a.csv", b"x\n", "at least one number"),
         ("a.csv", b"x,x\n1,2\n", "two columns are named `x`"),
-        ("a.csv", b"\xff", "no well-formed"),
+        ("a.csv", b"\xff", "byte 0 of `a.csv` is not UTF-8"),
         ("a.json", b"[1]", "an object with a list"),
         ("a.json", b'{"x": [true]}', "numbers only"),
         ("a.json", b'{"x": [1], "y": [1, 2]}', "one length"),
@@ -58,8 +60,13 @@ def test_a_unit_stands_in_brackets() -> None:
     ],
 )
 def test_a_malformed_table_is_refused_with_the_cause(file: str, content: bytes, cause: str) -> None:
-    with pytest.raises(ModelFileError, match=cause):
+    with pytest.raises(ModelFileError, match=cause) as refused:
         read_columns(file, content)
+    assert bool(refused.value.cure) == file.endswith((".csv", ".txt")) or "one length" in cause
+
+
+def test_a_byte_order_mark_before_a_csv_table_is_not_part_of_a_name() -> None:
+    assert read_columns("a.csv", b"\xef\xbb\xbflevel [mm],volume\n0,0.5\n10,1.5\n") == WANTED
 
 
 def test_nothing_is_unpickled() -> None:

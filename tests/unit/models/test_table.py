@@ -62,6 +62,20 @@ def test_a_table_that_is_no_grid_is_refused(content: bytes, cause: str) -> None:
         read_table(package.file, package.content, package.inputs, package.outputs)
 
 
+@pytest.mark.parametrize(
+    ("rows", "cure"),
+    [
+        ("0,0,1\n0,1,2\n1,0,3\n1,0,4\n", "keep one of the rows for x = 1, y = 0"),
+        ("0,0,1\n0,1,2\n1,0,3\n", "add a row for x = 1, y = 1"),
+    ],
+)
+def test_the_first_row_too_many_or_too_few_is_named(rows: str, cure: str) -> None:
+    content = f"x,y,z\n{rows}".encode()
+    with pytest.raises(ModelFileError) as refused:
+        read_table("a.csv", content, {"x": value(0, 1), "y": value(0, 1)}, {"z": value(-10, 40)})
+    assert refused.value.cure == cure
+
+
 def test_a_table_holds_numbers_and_has_few_inputs() -> None:
     package = gauge()
     with pytest.raises(ModelFileError, match="holds single numbers"):

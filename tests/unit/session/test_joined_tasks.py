@@ -10,7 +10,10 @@ from aeros.agent.instructions.understand import understand
 from aeros.apps.goal import parse_goal
 from aeros.runtime.gate.configuration import Configuration
 from aeros.session.joined_tasks import joined_task, tasks_of
+from aeros.spec.expr import terms as t
+from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Task
+from aeros.spec.model.step_graph import Seq
 from tests.modules.robot import configuration_of
 
 
@@ -55,3 +58,18 @@ def test_the_first_task_says_where_the_robot_starts() -> None:
     assert joined.initial["base_position"] == bench.initial["base_position"] != table.initial["base_position"]
     assert joined.initial["clean_table.table_wiped"] is False
     assert (joined.id, joined.scene) == (bench.id, bench.scene)
+
+
+def test_the_tasks_of_modules_whose_skills_a_composition_runs_come_after_that_of_the_instruction() -> None:
+    configuration = around()
+    meaning = understand("clean the table", configuration.modules)
+    span = meaning.first.task.span
+    wipe, wrap = (
+        Step(name, skill, {}, {}, 0, None, None, span)
+        for name, skill in (("wipe", "wipe"), ("wrap", "make_dumplings.wrap"))
+    )
+    own = Composition("tidy", t.TRUE, None, wipe, {}, span)
+    assert [one.id for one in tasks_of(meaning, configuration, None, own)] == ["clean_table"]
+    for both in (replace(own, body=Seq((wipe, wrap))), replace(own, handlers={"wrap": wrap})):
+        listed = tasks_of(meaning, configuration, None, both)
+        assert [one.id for one in listed] == ["clean_table", "make_dumplings"]

@@ -173,6 +173,9 @@ def test_an_added_scene_is_built_once_with_that_of_the_task(monkeypatch: pytest.
     assert plant.closed == 1
     with pytest.raises(UserError, match="the scene of `clean_up` is `None`"):
         load_run_scene("physics", "shelf_behind", proved()[0], [TIDY], 5)
+    whole = load_run_scene("physics", "bare", proved()[0], [TIDY], 5)
+    assert whole is not None
+    assert (whole.name, whole.robot is None) == ("bare", False)
 
 
 # Plants of other processes.

@@ -76,5 +76,6 @@ def _subject(subject: SubjectReport) -> dict[str, Any]:
         "path": str(subject.path),
         "conclusion": subject.conclusion.value,
         "obligations": verdicts,
+        **({"left_out": list(subject.left_out)} if subject.left_out else {}),
         "diagnostics": [render_json(problem) for problem in subject.diagnostics],
     }

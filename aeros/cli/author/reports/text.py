@@ -23,7 +23,7 @@ def as_text(result: VerifyResult, *, colour: bool = False) -> str:
     parts = [render_text(problem.diagnostic, colour=colour) for problem in result.problems]
     width = max(len(escape_invisible(subject.name)) for subject in result.subjects)
     lines = [_summary(subject, width) for subject in result.subjects if subject.name]
-    after = [*_boundaries(result), *_agreement(result)]
+    after = [*_boundaries(result), *_left_out(result), *_agreement(result)]
     return "\n".join([*(part.rstrip("\n") + "\n" for part in parts), *lines, *after])
 
 
@@ -36,6 +36,16 @@ def _boundaries(result: VerifyResult) -> list[str]:
     width = max((len(rule) for rule, _ in shown), default=0)
     lines = [f"  {rule:{width}}  {boundary}" for rule, boundary in shown]
     return ["", "the gate allows while", *lines] if lines else []
+
+
+def _left_out(result: VerifyResult) -> list[str]:
+    """List outcomes of probability 0 of proved modules: no proof about a task holds after one."""
+    lines = [
+        f"  {escape_invisible(subject.name)}: {', '.join(map(escape_invisible, subject.left_out))}"
+        for subject in result.subjects
+        if subject.conclusion is Conclusion.PROVED and subject.left_out
+    ]
+    return ["", "tasks are proved without these outcomes, of probability 0", *lines] if lines else []
 
 
 def _agreement(result: VerifyResult) -> list[str]:

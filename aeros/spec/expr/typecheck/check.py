@@ -18,7 +18,7 @@ from aeros.spec.expr.typecheck.integrality import is_integral
 from aeros.spec.expr.typecheck.traversal import TypeChecker
 from aeros.spec.expr.typecheck.typed_term import require_rational
 from aeros.spec.expr.types import BOOL, IntegerType, RealType, Type
-from aeros.spec.expr.units import NUMBER
+from aeros.spec.expr.units import NUMBER, units_of
 
 MAX_SIZE = 50_000  # nodes of the scalar core: a tenth of a second in the exact interpreter
 MAX_HEIGHT = 150  # of the scalar core: each of its passes takes up to four stack frames a level
@@ -45,8 +45,19 @@ def check(node: s.Node, scope: Scope, expected: Type, checker: TypeChecker | Non
             raise ExpressionTypeError("AE203", "expected a whole number", node.extent, label=str(type_))
     elif type_ != expected:
         code = "AE204" if isinstance(type_, RealType) and isinstance(expected, RealType) else "AE203"
-        raise ExpressionTypeError(code, f"expected {expected}, found {type_}", node.extent, label=str(type_))
+        cure = _unit_cure(node, type_, expected)
+        raise ExpressionTypeError(
+            code, f"expected {expected}, found {type_}", node.extent, label=str(type_), cure=cure
+        )
     return term
+
+
+def _unit_cure(node: s.Node, type_: Type, expected: Type) -> str | None:
+    """Return the cure for a bare number where one with a unit is needed."""
+    if type_ != RealType(NUMBER) or not isinstance(expected, RealType):
+        return None
+    units = [one for one in units_of(expected.dimension) if one != "1"] or [str(expected.dimension)]
+    return f"write its unit after it, as in `2 {units[0]}`" if isinstance(node, s.NumberLiteral) else None
 
 
 def infer(

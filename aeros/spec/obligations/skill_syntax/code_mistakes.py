@@ -9,7 +9,7 @@ inputs; and a parameter that is written as a number, truth value, text or tuple 
 from __future__ import annotations
 
 import ast
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, Final
 
@@ -23,8 +23,10 @@ from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.skill_syntax.action_calls import action_calls, written_parameters
 from aeros.spec.obligations.skill_syntax.bound_names import names_bound_by
+from aeros.spec.obligations.skill_syntax.mapping_keys import missing_keys, parameters_of_type
+from aeros.spec.obligations.skill_syntax.model_mistakes import model_mistakes
 from aeros.spec.obligations.skill_syntax.neighbours import ModuleFiles, files_run_by
-from aeros.spec.obligations.skill_syntax.skill_source import SkillFile
+from aeros.spec.obligations.skill_syntax.returned_keys import undeclared_keys
 
 _MAX_LISTED: Final = 8
 
@@ -74,10 +76,6 @@ def _lost_actions(path: str, skill: Skill, files: ModuleFiles) -> Iterator[Diagn
                         )
 
 
-def _is_inner(node: ast.AST, function: ast.FunctionDef) -> bool:
-    return isinstance(node, ast.FunctionDef | ast.Lambda) and node is not function
-
-
 def _unknown_keys(path: str, skill: Skill, ecm: Ecm, site: Site, files: ModuleFiles) -> Iterator[Diagnostic]:
     """Yield keys of observations and inputs that are never there."""
     measured = _observable_names(ecm, site)
@@ -98,24 +96,13 @@ def _unknown_keys(path: str, skill: Skill, ecm: Ecm, site: Site, files: ModuleFi
             )
         yield from missing_keys(file, entry, inputs, given, f"an input of `{skill.id}`")
     if entry is not None:
-        yield from _unknown_outputs(executed[path], entry, skill)
+        noun = f"an output of `{skill.id}`"
+        yield from undeclared_keys(executed[path], entry, ast.Return, skill.outputs, noun)
         for models in parameters_of_type(entry, "Models"):
             noun = f"a model of `{skill.id}`"
             yield from missing_keys(executed[path], entry, models, skill.models, noun)
-
-
-def _unknown_outputs(file: SkillFile, entry: ast.FunctionDef, skill: Skill) -> Iterator[Diagnostic]:
-    """Yield keys of a returned dictionary that are no outputs of the skill."""
-    inner = {id(node) for part in ast.walk(entry) if _is_inner(part, entry) for node in ast.walk(part)}
-    for node in ast.walk(entry):
-        if isinstance(node, ast.Return) and isinstance(node.value, ast.Dict) and id(node) not in inner:
-            for place in node.value.keys:
-                key = None if place is None else _text(place)
-                if place is not None and key is not None and key not in skill.outputs:
-                    near = did_you_mean(key, skill.outputs)
-                    help_ = f"did you mean `{near}`?" if near else f"there are {_or(skill.outputs) or 'none'}"
-                    headline = f"`{key}` is not an output of `{skill.id}`"
-                    yield Diagnostic("AE147", headline, SpanLabel(file.span(place)), help=(help_,))
+            received = {name: ecm.models[name] for name in skill.models}
+            yield from model_mistakes(executed[path], entry, models, received)
 
 
 def _observable_names(ecm: Ecm, site: Site) -> dict[str, Declared]:
@@ -131,92 +118,6 @@ def _observable_names(ecm: Ecm, site: Site) -> dict[str, Declared]:
         elif module in ecm.required_modules:
             known[name] = declared
     return known
-
-
-def parameters_of_type(function: ast.FunctionDef, type_name: str) -> list[str]:
-    """List the parameters of a function that are annotated with a type.
-
-    Args:
-        function: the function.
-        type_name: name of the type, as in `Observation`.
-
-    Returns:
-        Names of the parameters, in order.
-    """
-    arguments = (*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs)
-    return [
-        one.arg
-        for one in arguments
-        if isinstance(one.annotation, ast.Name) and one.annotation.id == type_name
-    ]
-
-
-def missing_keys(
-    file: SkillFile,
-    function: ast.FunctionDef,
-    name: str,
-    known: Collection[str],
-    noun: str,
-    attribute: str | None = None,
-) -> Iterator[Diagnostic]:
-    """Find the keys with which a mapping is asked and that it never has.
-
-    Args:
-        file: the file of the function.
-        function: the function.
-        name: its parameter that is the mapping, or that has it as an attribute.
-        known: the keys that the mapping may have.
-        noun: description of these, as in `an input of wipe`.
-        attribute: the attribute that is the mapping; None if it is the parameter.
-
-    Yields:
-        A diagnostic for each place.
-    """
-    if not _is_only_bound_to_observations(file, function, name):
-        return
-    for node in file.nodes_of(function):
-        match node:
-            case ast.Subscript(value=mapping, slice=ast.Constant(value=str(key)) as place):
-                pass
-            case ast.Call(
-                func=ast.Attribute(value=mapping, attr="get"),
-                args=[ast.Constant(value=str(key)) as place, *_],
-            ):
-                pass
-            case _:
-                continue
-        match mapping:
-            case ast.Name(id=asked):
-                is_asked = asked == name and attribute is None
-            case ast.Attribute(value=ast.Name(id=asked), attr=part):
-                is_asked = asked == name and part == attribute
-            case _:
-                is_asked = False
-        if is_asked and key not in known:
-            near = did_you_mean(key, known)
-            listed = ", ".join(f"`{one}`" for one in list(known)[:_MAX_LISTED]) or "none"
-            help_ = f"did you mean `{near}`?" if near else f"there are {listed}"
-            yield Diagnostic("AE147", f"`{key}` is not {noun}", SpanLabel(file.span(place)), help=(help_,))
-
-
-def _is_only_bound_to_observations(file: SkillFile, function: ast.FunctionDef, name: str) -> bool:
-    """Tell if a parameter is bound again to nothing but the value of a `yield`, which is an observation."""
-    yielded = {
-        id(target)
-        for node in file.nodes_of(function)
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Yield)
-        for target in node.targets
-    }
-    for node in file.nodes_of(function):
-        is_scope = _is_inner(node, function) or isinstance(
-            node, ast.ListComp | ast.SetComp | ast.GeneratorExp
-        )
-        if is_scope and any(name in names_bound_by(part) for part in file.nodes_of(node)):
-            return False
-        is_parameter = isinstance(node, ast.arg)
-        if name in names_bound_by(node) and not is_parameter and id(node) not in yielded:
-            return False
-    return True
 
 
 def _incomplete_actions(
@@ -270,6 +171,14 @@ def _actions_outside_envelope(
                     help=(f"did you mean `{near}`?" if near else f"one of {_or(own or type_.members)}",),
                 )
                 return
+            if value is None and _is_literal(node):
+                yield Diagnostic(
+                    "AE148",
+                    f"`{keyword}` of this `{kind}` is `{ast.unparse(node)}`, which is no {type_}",
+                    SpanLabel(file.span(node), "always denied"),
+                    (SpanLabel(variable.span, "declared here"),),
+                )
+                return
             if value is None:
                 continue
             values[variable.name] = value
@@ -309,10 +218,9 @@ def _parameter_nodes(call: ast.Call) -> Iterator[tuple[str, ast.expr]]:
 
 def _constant_value(node: ast.expr, type_: Type, cameras: Mapping[str, str]) -> Any:
     """Return the value that the gate gets for an expression; None if it is not a constant of the type."""
-    try:
-        value = ast.literal_eval(node)
-    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
+    if not _is_literal(node):
         return None
+    value = ast.literal_eval(node)
     if isinstance(type_, BoolType):
         return value if isinstance(value, bool) else None
     if isinstance(type_, EnumType):
@@ -323,6 +231,15 @@ def _constant_value(node: ast.expr, type_: Type, cameras: Mapping[str, str]) -> 
         numbers = tuple(_number(part) for part in parts)
         return numbers if len(numbers) == 3 and None not in numbers else None
     return _number(value) if isinstance(type_, RealType | IntegerType) else None
+
+
+def _is_literal(node: ast.expr) -> bool:
+    """Tell if an expression is a value that is written out."""
+    try:
+        ast.literal_eval(node)
+    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
+        return False
+    return True
 
 
 def _rounding_note(term: t.Term, values: Mapping[str, Any], names: Iterable[str]) -> tuple[str, ...]:

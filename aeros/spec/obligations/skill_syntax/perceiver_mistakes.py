@@ -1,38 +1,43 @@
-"""Mistakes of perceiver code that show without a run: readings, pictures and models that it never gets.
+"""Mistakes of perceiver code that show without a run.
 
+They are readings, pictures and models that it never gets, and values that it yields and does not provide.
 As in `code_mistakes`, only a key that is written out is reported.  A function that several perceivers run may
-read what any of them gets.
+read and yield the names of any of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import ast
+from collections.abc import Iterator, Sequence
 
 from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import MEMORY, Perceiver
-from aeros.spec.obligations.skill_syntax.code_mistakes import missing_keys, parameters_of_type
+from aeros.spec.obligations.skill_syntax.mapping_keys import missing_keys, parameters_of_type
+from aeros.spec.obligations.skill_syntax.model_mistakes import model_mistakes
 from aeros.spec.obligations.skill_syntax.neighbours import ModuleFiles
+from aeros.spec.obligations.skill_syntax.returned_keys import undeclared_keys
 
 
-def first_perceiver_mistake(
-    perceiver: Perceiver, perceivers: Iterable[Perceiver], files: ModuleFiles
-) -> Diagnostic | None:
+def first_perceiver_mistake(perceiver: Perceiver, ecm: Ecm, files: ModuleFiles) -> Diagnostic | None:
     """Find the first mistake in the function of a perceiver.
 
     Args:
         perceiver: the perceiver.
-        perceivers: all perceivers of the module.
+        ecm: its module.
         files: the module's files, that of the perceiver among them.
 
     Returns:
         The mistake; None if there is none.
     """
     of_function = (perceiver.module_name, perceiver.function)
-    sharing = [one for one in perceivers if (one.module_name, one.function) == of_function]
-    return next(_mistakes(perceiver, sharing, files), None)
+    sharing = [one for one in ecm.perceivers.values() if (one.module_name, one.function) == of_function]
+    return next(_mistakes(perceiver, sharing, ecm, files), None)
 
 
-def _mistakes(perceiver: Perceiver, sharing: Sequence[Perceiver], files: ModuleFiles) -> Iterator[Diagnostic]:
+def _mistakes(
+    perceiver: Perceiver, sharing: Sequence[Perceiver], ecm: Ecm, files: ModuleFiles
+) -> Iterator[Diagnostic]:
     file = files[f"{perceiver.module_name}.py"]
     entry = file.functions.get(perceiver.function)
     if entry is None:
@@ -55,3 +60,7 @@ def _mistakes(perceiver: Perceiver, sharing: Sequence[Perceiver], files: ModuleF
     for models in parameters_of_type(entry, "Models"):
         named = [name for one in sharing for name in one.models]
         yield from missing_keys(file, entry, models, named, f"a model of `{perceiver.id}`")
+        yield from model_mistakes(file, entry, models, {name: ecm.models[name] for name in named})
+    provided = [name.removeprefix(f"{ecm.id}.") for one in sharing for name in one.provides]
+    noun = f"among the values that `{perceiver.id}` provides"
+    yield from undeclared_keys(file, entry, ast.Yield, provided, noun)

@@ -36,12 +36,17 @@ class UnreadableCodeError(Exception):
     """The bytes are not plain UTF-8 Python; the message gives the reason.
 
     Attributes:
-        diagnostic: report with the place; None if there is no one place.
+        diagnostic: report, with the place if there is one.
     """
 
-    def __init__(self, reason: str, diagnostic: Diagnostic | None = None) -> None:
-        super().__init__(reason)
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.headline)
         self.diagnostic = diagnostic
+
+
+def _unreadable(path: str, reason: str, help_: str = "write it as plain UTF-8") -> UnreadableCodeError:
+    """Make the error for a file in which no one place is at fault."""
+    return UnreadableCodeError(Diagnostic("AE139", f"`{path}` is not plain Python: {reason}", help=(help_,)))
 
 
 class SkillFile:
@@ -56,21 +61,39 @@ class SkillFile:
     """
 
     def __init__(self, path: str, content: bytes) -> None:
-        self.source = Source(path, _text(content))
+        self.source = Source(path, _text(path, content))
         _require_visible(self.source)
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # Python's advice on style is not ours to pass on
                 self.tree = ast.parse(self.source.text)
-                _require_flat(self.tree)
+                self._require_flat()
                 compile(self.tree, path, "exec", dont_inherit=True)  # finds what the parser leaves
                 _require_ascii_names(self.source)
-        except (SyntaxError, ValueError, RecursionError, MemoryError, tokenize.TokenError) as error:
-            raise UnreadableCodeError(_describe_syntax_error(error)) from error
+        except SyntaxError as error:
+            raise UnreadableCodeError(_syntax_diagnostic(self.source, error)) from error
+        except (ValueError, RecursionError, MemoryError, tokenize.TokenError) as error:
+            raise _unreadable(path, (str(error).splitlines() or [type(error).__name__])[0]) from error
         self.nodes = tuple(ast.walk(self.tree))
         self.nodes_in_order = tuple(_nodes_in_order(self.tree))
         self.functions = {node.name: node for node in self.tree.body if isinstance(node, ast.FunctionDef)}
         self._nodes_of: dict[ast.AST, tuple[ast.AST, ...]] = {}
+
+    def _require_flat(self) -> None:
+        """Refuse code that is nested too deep.
+
+        Raises:
+            UnreadableCodeError: it is.
+        """
+        layer, depth = list[ast.AST]([self.tree]), 0
+        while layer:
+            if depth == MAX_DEPTH:
+                place = next((one for one in layer if isinstance(one, Located)), None)
+                label = None if place is None else SpanLabel(self.span(place))
+                headline = f"the code is nested more than {MAX_DEPTH} deep"
+                raise UnreadableCodeError(Diagnostic("AE139", headline, label, help=("split it up",)))
+            layer = [child for one in layer for child in ast.iter_child_nodes(one)]
+            depth += 1
 
     def nodes_of(self, part: ast.AST) -> tuple[ast.AST, ...]:
         """List a part of the syntax tree and all nodes in it, as `ast.walk` does; each skill asks again.
@@ -132,17 +155,6 @@ def _nodes_in_order(tree: ast.Module) -> Iterator[ast.AST]:
         pending.extend(reversed(list(ast.iter_child_nodes(node))))
 
 
-def _require_flat(tree: ast.Module) -> None:
-    layer, depth = list[ast.AST]([tree]), 0
-    while layer:
-        if depth == MAX_DEPTH:
-            place = next((one for one in layer if isinstance(one, Located)), None)
-            where = "" if place is None else f"line {place.lineno}: "
-            raise UnreadableCodeError(f"{where}it is nested more than {MAX_DEPTH} deep")
-        layer = [child for one in layer for child in ast.iter_child_nodes(one)]
-        depth += 1
-
-
 def _column(line: str, byte: int) -> int:
     """Return the number of characters in the first bytes of a line, in which syntax trees count."""
     return len(line.encode()[:byte].decode(errors="ignore"))
@@ -172,25 +184,24 @@ def _read(folder: str, path: str, content: bytes) -> SkillFile | UnreadableCodeE
 def _require_visible_path(path: str) -> None:
     diagnostic = hidden_path_error(path)
     if diagnostic is not None:
-        raise UnreadableCodeError(diagnostic.headline, diagnostic)
+        raise UnreadableCodeError(diagnostic)
 
 
-def _text(content: bytes) -> str:
+def _text(path: str, content: bytes) -> str:
     if content.startswith(b"\xef\xbb\xbf"):
-        raise UnreadableCodeError("it begins with a byte order mark")
+        raise _unreadable(path, "it begins with a byte order mark")
     if any(_COOKIE.match(line) for line in content.split(b"\n", 2)[:2]):
-        raise UnreadableCodeError("it declares an encoding; it is UTF-8 without saying so")
+        raise _unreadable(path, "it declares an encoding", "remove that: it is UTF-8 without saying so")
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise UnreadableCodeError(f"byte {error.start} is not UTF-8") from error
+        raise _unreadable(path, f"byte {error.start} is not UTF-8") from error
 
 
 def _require_visible(source: Source) -> None:
     offset = find_hidden(source.text)
     if offset is not None:
-        diagnostic = hidden_character_error(source.span(offset, offset + 1))
-        raise UnreadableCodeError(diagnostic.headline, diagnostic)
+        raise UnreadableCodeError(hidden_character_error(source.span(offset, offset + 1)))
 
 
 def _require_ascii_names(source: Source) -> None:
@@ -211,7 +222,7 @@ def _require_ascii_names(source: Source) -> None:
             start = source.line_start(token.start[0]) + token.start[1] + token.string.index(found)
             label = SpanLabel(source.span(start, start + len(found)))
             help_ = "write names with the letters a to z; comments and texts may use any letters"
-            raise UnreadableCodeError(headline, Diagnostic("AE134", headline, label, help=(help_,)))
+            raise UnreadableCodeError(Diagnostic("AE134", headline, label, help=(help_,)))
 
 
 def _is_folded_letter(character: str) -> bool:
@@ -223,7 +234,12 @@ def _is_folded_letter(character: str) -> bool:
     )
 
 
-def _describe_syntax_error(error: Exception) -> str:
-    where = f"line {error.lineno}: " if isinstance(error, SyntaxError) and error.lineno else ""
-    lines = str(error).splitlines()
-    return where + (lines[0] if lines else type(error).__name__)
+def _syntax_diagnostic(source: Source, error: SyntaxError) -> Diagnostic:
+    """Report code that Python cannot read, at the place that Python names."""
+    if error.lineno is None or not 0 < error.lineno <= source.text.count("\n") + 1:
+        return Diagnostic("AE139", f"`{source.path}` is not Python: {error.msg}")
+    line, start = source.line_text(error.lineno), source.line_start(error.lineno)
+    first = min(max((error.offset or 1) - 1, 0), max(len(line) - 1, 0))
+    last = error.end_offset - 1 if error.end_lineno == error.lineno and error.end_offset else first + 1
+    span = source.span(start + first, start + min(max(last, first + 1), len(line)))
+    return Diagnostic("AE139", f"this is not Python: {error.msg}", SpanLabel(span))

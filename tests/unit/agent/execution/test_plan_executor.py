@@ -16,6 +16,7 @@ from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.planning.task_graph import Part, PlanStep, TaskGraph, verify_plan
 from aeros.runtime.ports import StepResult, StepStatus
 from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.perception import Definition
 from aeros.spec.model.step_graph import If, Par, Seq
 from tests.differential.real_loop import Forgetful
 from tests.unit.agent.dumplings import (
@@ -149,6 +150,19 @@ def test_a_condition_is_what_is_measured_then(
     assert kitchen.started == ["water", *taken]
     assert (found is None) == (end is None)
     assert found is None or found.reason.startswith(end or "")
+
+
+def test_a_predicate_by_definition_that_decides_no_branch_is_explained_by_what_is_behind_it() -> None:
+    kitchen = Kitchen()
+    aligned = Definition(term("fill_level <= 0.5"), "fill_level <= 0.5", SPAN)
+    defined = replace(MODULES["kitchen"], definitions={"wrapper_aligned": aligned})
+    kitchen.runtime.modules["kitchen"] = defined
+    del kitchen.runtime.state["wrapper_aligned"]
+    kitchen.runtime.state.pop("fill_level", None)
+    found = kitchen.run(if_aligned(step("dough")))
+    assert found is not None
+    assert found.reason.endswith("by definition of wrapper_aligned: `fill_level` is not measured")
+    assert [cause.rule for cause in found.causes] == ["wrapper_aligned"]
 
 
 def test_a_condition_that_was_taken_to_hold_and_does_not_ends_it() -> None:

@@ -297,3 +297,36 @@ def test_the_values_behind_a_goal_by_definition_stand_next_to_its_end() -> None:
     assert [(link.record, link.causes) for link in found.chain[1:]] == [(1, (cause,))]
     assert found.changes == ("tidy.bolts is 38; exactly 3 required by `tidy.sorted`",)
     assert run_log([unmet, note("task-selected", task="tidy.clean"), FAILED]).explain_end().changes == ()
+
+
+def test_a_plan_that_nothing_measured_could_continue_is_part_of_why() -> None:
+    cause = Cause(
+        "definition", "tidy.heavy", "load >= 2", shortfalls=(UnmetBound("tidy.load", None, "known", True),)
+    )
+    undecided = note("replan", number=1, reason="undecided", causes=causes_to_json([cause]))
+    found = run_log([undecided, note("replan", number=2, reason="a step failed"), FAILED]).explain_end()
+    assert [(link.record, link.text) for link in found.chain[1:]] == [(0, "re-plan 1: undecided")]
+    assert found.chain[1].causes == (cause,)
+    before = run_log([undecided, note("task-selected", task="tidy.clean"), FAILED]).explain_end()
+    assert before.chain[1:] == ()
+
+
+@pytest.mark.parametrize(
+    ("true", "headline", "links"),
+    [
+        (
+            False,
+            "the robot measured that the goal was reached, and it was not",
+            ["in the simulator a = false"],
+        ),
+        (True, "goal reached", []),
+        (None, "goal reached", []),
+    ],
+)
+def test_a_goal_that_was_reached_in_belief_alone_is_not_called_reached(
+    true: bool | None, headline: str, links: list[str]
+) -> None:
+    judged = ("goal-judged", {"believed": True, "true": true, "values": {"a": true}})
+    found = run_log([note("run-ended", task="tidy.clean", reached=True), judged]).explain_end()
+    assert found.headline.startswith(f"tidy.clean: {headline}")
+    assert [one.text for one in found.chain] == links

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -14,40 +15,56 @@ from tests.repo.tree import ROOT
 from tests.unit.agent.dumplings import DUMPLING, module
 
 BASE = ROOT / "docs" / "codes" / "base"
+CORPUS = ROOT / "tests" / "corpus"
+SHARING = CORPUS / "accepted" / "reads_what_another_shares"
+SITE = CORPUS / "site" / "table.yaml"
 DECLARED = {"clean_up": 1, "serve": 2}
 
 
 def test_a_module_is_read_under_the_site_that_is_given() -> None:
-    ecm, site = read_module(BASE / "tidy", BASE / "site.yaml", {})
+    ecm, site = read_module(BASE / "tidy", (), BASE / "site.yaml", {})
     assert (ecm.id, site.id) == ("tidy", "bench")
 
 
 def test_without_a_site_it_is_the_reference_site() -> None:
-    ecm, site = read_module(ROOT / "ecms" / "clean_table", None, {})
+    ecm, site = read_module(ROOT / "ecms" / "clean_table", (), None, {})
     assert (ecm.id, site.id) == ("clean_table", "panda_cell")
 
 
 def test_a_folder_of_several_modules_names_none() -> None:
     with pytest.raises(UsageError, match=r"ecms` holds several modules; name one"):
-        read_module(ROOT / "ecms", None, {})
+        read_module(ROOT / "ecms", (), None, {})
+
+
+def test_required_modules_are_found_in_the_folders_that_are_given(tmp_path: Path) -> None:
+    alone = shutil.copytree(SHARING / "reader", tmp_path / "reader")
+    without, _ = read_module(alone, (), SITE, {})
+    found, site = read_module(alone, (SHARING / "gauge",), SITE, {})
+    assert (list(without.foreign.owners), list(found.foreign.owners)) == ([], ["gauge"])
+    assert "gauge.dial_green" in site.state
+
+
+def test_a_folder_without_required_modules_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="AE130"):
+        read_module(BASE / "tidy", (tmp_path,), BASE / "site.yaml", {})
 
 
 def test_a_folder_without_a_module_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="AE130"):
-        read_module(tmp_path, BASE / "site.yaml", {})
+        read_module(tmp_path, (), BASE / "site.yaml", {})
 
 
 def test_a_site_that_cannot_be_read_is_refused_before_the_module(tmp_path: Path) -> None:
     (tmp_path / "site.yaml").write_text("id: x\n")
     with pytest.raises(UserError) as refused:
-        read_module(tmp_path / "nowhere", tmp_path / "site.yaml", {})
+        read_module(tmp_path / "nowhere", (), tmp_path / "site.yaml", {})
     assert {problem.code for problem in refused.value.diagnostics} == {"AE102"}
 
 
 def test_settings_of_another_module_are_refused() -> None:
     settings = {"tidi": ModuleConfiguration({"surface": "bench"})}
     with pytest.raises(UserError) as refused:
-        read_module(BASE / "tidy", BASE / "site.yaml", settings)
+        read_module(BASE / "tidy", (), BASE / "site.yaml", settings)
     (problem,) = refused.value.diagnostics
     assert (problem.code, problem.help) == ("AE886", ("did you mean `tidy`?",))
 

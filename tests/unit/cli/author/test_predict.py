@@ -137,7 +137,7 @@ def test_unpredictable_cases_are_refused(module: str, code: str, capsys: pytest.
 def test_remembered_outcomes_take_the_place_of_declared_ones(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    ecm, _ = read_module(Path(CLEAN), None, {})
+    ecm, _ = read_module(Path(CLEAN), (), None, {})
     with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "panda", "", 1), "symbolic") as memory:
         start = EpisodeStart("t.t", "clean_table", "wipe", "step", {}, 0.0, {}, "{}", ecm.code_digest)
         for _ in range(60):

@@ -17,7 +17,7 @@ from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.reports import Report, SubjectReport
 from tests.shipped_scenes import ECMS
 
-SITE = SubjectReport("cell", Path("site.yaml"), Conclusion.PROVED, (), variables=("holding",))
+SITE = SubjectReport("cell", Path("site.yaml"), Conclusion.PROVED, (), variables={"holding": ()})
 TASK = SourceSpan(Source("ecm.yaml", "plant:"), 0, 6)
 WHOLE = """schema: aeros/scene/2
 description: A bed.
@@ -27,7 +27,13 @@ view: {eye: [1 m, 0 m, 1 m], target: [0 m, 0 m, 0 m]}
 """
 
 
-def warnings(folder: Path, files: dict[str, str], names: tuple[str, ...] = ()) -> tuple[Diagnostic, ...]:
+def warnings(
+    folder: Path,
+    files: dict[str, str],
+    names: tuple[str, ...] = (),
+    measured: tuple[str, ...] = (),
+    cameras: tuple[str, ...] = (),
+) -> tuple[Diagnostic, ...]:
     """Warnings about a module `garden` with these scene files, whose tasks name scenes."""
     scenes = folder / "garden" / "scenes"
     scenes.mkdir(parents=True, exist_ok=True)
@@ -38,8 +44,11 @@ def warnings(folder: Path, files: dict[str, str], names: tuple[str, ...] = ()) -
         folder / "garden",
         Conclusion.PROVED,
         (),
-        variables=("bed_planted",),
+        variables={"bed_planted": ()},
         scenes=dict.fromkeys(names, TASK),
+        measured_by_site=measured,
+        cameras={"garden": {"above": "tree"}},
+        needed_cameras=cameras,
     )
     report = add_scene_warnings(Report(SITE, (module,), None))
     assert report.conclusion is Conclusion.PROVED
@@ -52,6 +61,36 @@ def test_a_module_with_whole_scenes_has_no_warning(tmp_path: Path) -> None:
     bed = WHOLE + "truth: {bed_planted: true, holding: true}\n"
     assert warnings(tmp_path, {"bed": bed}, ("bed",)) == ()
     assert warnings(tmp_path / "other", {}) == ()
+
+
+def test_a_variable_that_nothing_in_a_tasks_scene_measures_is_a_warning(tmp_path: Path) -> None:
+    measured = ("garden.tap_position", "garden.gate_position")
+    bed = WHOLE + "places: {gate_position: {at: [0 m, 0 m, 0 m]}}\n"
+    assert warnings(tmp_path, {"bed": bed}, (), measured) == ()
+    (found,) = warnings(tmp_path, {"bed": bed}, ("bed",), measured)
+    assert found.headline == (
+        "`tap_position` stays unknown in the scene `bed`, which has no place or instrument for it"
+    )
+    assert found.help == ("add `tap_position` under `places` or `instruments` of the scene",)
+    assert found.primary is not None
+    assert found.primary.span == TASK
+
+
+def test_a_camera_that_a_tasks_scene_lacks_is_a_warning(tmp_path: Path) -> None:
+    camera = "{eye: [1 m, 0 m, 1 m], target: [0 m, 0 m, 0 m]}"
+    bed = WHOLE + f"cameras: {{gate: {camera}}}\n"
+    assert warnings(tmp_path, {"bed": bed}, ("bed",), (), ("gate",)) == ()
+    found = warnings(tmp_path, {"bed": bed}, ("bed",), (), ("tree", "gate", "roof"))
+    assert [one.headline for one in found] == [
+        "the scene `bed` has no camera `above`, which the module takes pictures with",
+        "the scene `bed` has no camera `roof`, which the module takes pictures with",
+    ]
+
+
+def test_a_scene_of_a_module_that_is_not_here_is_a_warning(tmp_path: Path) -> None:
+    (found,) = warnings(tmp_path, {"bed": WHOLE.replace("garden", "gardn")})
+    assert found.headline == "the scene `bed` is of the module `gardn`, which is not here"
+    assert found.help[0] == "write `module: garden` if it is of this one"
 
 
 def test_a_module_in_the_present_folder_is_no_exception(

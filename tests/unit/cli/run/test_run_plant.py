@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from argparse import Namespace
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from threading import Thread
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import pytest
 
 from aeros.agent.identity import lock_folder
+from aeros.cli.run import run_plant
 from aeros.cli.run.run_plant import (
     SceneExtras,
     is_remote,
@@ -24,6 +26,7 @@ from aeros.exit_codes import Exit
 from aeros.session.plant_factory import PlantSetupError
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.symbolic.plant import SymbolicPlant
+from aeros.spec.scenes.load import load_scene
 from tests.unit.cli.staged import options, proved, staged
 from tests.unit.sim.hosting.hosted import Hosting, once_it_listens
 
@@ -49,6 +52,18 @@ def test_without_options_the_scene_has_no_extras(tmp_path: Path) -> None:
     setup = staged(options(tmp_path))
     found = load_scene_extras(setup.arguments, setup.configuration, [setup.task.task])
     assert found == SceneExtras((), (), None)
+
+
+def test_a_variable_that_the_scene_does_not_give_is_a_warning(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    setup = staged(options(tmp_path))
+    (tidy,) = setup.configuration.modules.values()
+    tap = replace(next(iter(setup.configuration.site.state.values())), sensor="survey")
+    configuration = replace(setup.configuration, modules={tidy.id: replace(tidy, state={"tidy.tap": tap})})
+    monkeypatch.setattr(run_plant, "load_run_scene", lambda *_: load_scene("bare"))
+    load_scene_extras(setup.arguments, configuration, [setup.task.task])
+    assert "the scene has no place or instrument for `tidy.tap`" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("option", ["--people", "--faults", "--scene"])

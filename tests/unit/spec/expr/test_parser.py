@@ -153,7 +153,7 @@ def test_parts_keep_spans_of_their_own() -> None:
         ("a = b", "unexpected character `=`", (2, 3)),
         ("a & b", "unexpected character `&`", (2, 3)),
         ("٣ < 4", "unexpected character `٣`", (0, 1)),
-        ("3 mmm", "expected an operator or the end of the expression, but found `mmm`", (2, 5)),
+        ("3 mmm", "`mmm` is not a unit", (2, 5)),
         ("1e5000", "expected an operator or the end of the expression, but found `0`", (5, 6)),
         ("a\u200b", "unexpected character `\u200b`", (1, 2)),
     ],

@@ -52,6 +52,7 @@ def test_unparsed_text_means_the_same_as_its_term(case: ConditionCase, data: Any
     [
         ("once within 5 s a", "once within 5 s a"),
         ("historically within 500 ms (x < 1 m)", "not (once within 0.5 s (not (x < 1 m)))"),
+        ("x - y < 1 m", "(x - y) < 1 m"),
         ("not a since b", "(not a) since b"),
         ("not (a since within 1 s b)", "not (a since within 1 s b)"),
         (

@@ -19,3 +19,10 @@ def test_bodies_with_a_mass_can_move() -> None:
     scene = shipped_scene("dumpling_bench")
     assert scene.movable == ("wrapper", "wrapper_2", "filling", "filling_2")
     assert not scene.bodies["press"].is_movable
+
+
+def test_a_place_or_instrument_gives_the_variable_of_its_name() -> None:
+    given = ["make_dumplings.pot_position", "make_dumplings.press_force"]
+    scene = shipped_scene("dumpling_bench")
+    assert scene.unmeasured(given) == []
+    assert scene.unmeasured(["make_dumplings.lid_position", *given]) == ["make_dumplings.lid_position"]

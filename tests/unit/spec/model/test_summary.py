@@ -27,6 +27,7 @@ from aeros.spec.model.summary import (
     summarize_site,
     summary_to_json,
 )
+from aeros.spec.model.variables import members_of
 from aeros.spec.text.site_layers import read_site
 from tests.repo.tree import ROOT
 from tests.unit.agent.dumplings import build, outcome, site, skill, state
@@ -55,6 +56,7 @@ MODULE = build(
             outcome("hot", {"is_hot": True, "place": "pot"}),
             outcome("warm", {"is_hot": True, "level": Fraction(1, 2)}),
             outcome("spilled", {"is_hot": False}, failure=True),
+            replace(outcome("gone", {}, failure=True), probability=Fraction(0)),
         ),
         "pour": skill("pour", outcome("poured", {"place": "cup"})),
     },
@@ -94,7 +96,8 @@ def test_a_module_is_summarized_for_others() -> None:
         TaskPhrase("tea", "make", ("tea", "green tea"), FILE.span(3, 5)),
     )
     assert summary.requires == {"pouring": ">=1"}
-    assert summary.variables == ("warm",)
+    assert summary.variables == {"warm": ()}
+    assert summary.left_out == ("boil.gone",)
     assert summary.scenes == {"stove": FILE.span(0, 6)}
 
 
@@ -148,7 +151,7 @@ def test_a_module_in_json_has_offsets_for_spans_and_sorted_sets() -> None:
 
 def test_a_site_in_json_has_offsets_for_spans() -> None:
     assert summary_to_json(summarize_site(SITE)) == {
-        "variables": [name for name in SITE.state if "." not in name],
+        "variables": {name: list(one) for name, one in members_of(SITE.state).items()},
         "id": "home",
         "digest": "5" * 64,
         "grants": {"kitchen": [2, 4], "laundry": [0, 19]},

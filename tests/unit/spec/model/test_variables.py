@@ -6,7 +6,8 @@ from dataclasses import replace
 from fractions import Fraction
 from math import inf
 
-from aeros.spec.model.variables import ranges_of, relevant_facts
+from aeros.spec.expr.types import EnumType
+from aeros.spec.model.variables import measured_by_site, members_of, ranges_of, relevant_facts
 from tests.unit.agent.dumplings import STATE, state, term
 
 
@@ -32,3 +33,17 @@ def test_facts_bring_in_the_variables_that_they_read() -> None:
     variables, whole = relevant_facts([condition], known)
     assert [one.name for one in variables] == ["wrapper_aligned", "dumpling_wrapped", "dumpling_cooked"]
     assert whole == (condition, fact)
+
+
+def test_members_are_those_of_the_enum_by_the_short_name() -> None:
+    side = replace(STATE["fill_level"].variable, type=EnumType("side", ("left", "right")))
+    known = {"garden.side": replace(STATE["fill_level"], variable=side), "wet": STATE["dumpling_wrapped"]}
+    assert members_of(known) == {"side": ("left", "right"), "wet": ()}
+
+
+def test_sensors_of_the_site_have_no_module_before_their_name() -> None:
+    known = {
+        name: replace(STATE["fill_level"], sensor=sensor)
+        for name, sensor in (("a.tap", "survey"), ("a.bed", "a.see"), ("a.side", "a.the instruction"))
+    }
+    assert measured_by_site({**known, "a.input": replace(STATE["fill_level"], sensor=None)}) == ("a.tap",)

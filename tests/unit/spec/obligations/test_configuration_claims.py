@@ -114,7 +114,7 @@ def test_a_shared_variable_of_an_absent_module_is_reported() -> None:
     found = load_ecm(CORPUS / "accepted" / "reads_what_another_shares" / "gauge", site, Diagnostics())
     assert found is not None
     gauge = summarize_module(found.ecm)
-    assert gauge.variables == ("dial_green",)
+    assert gauge.variables == {"dial_green": ()}
     claims = configuration_obligations([gauge], summarize_site(site))
     reported = {one.id: one.diagnostic for one in claims if one.id.form is ClaimForm.SHARED_IS_USED}
     assert {id_.name_of("variable"): one and one.headline for id_, one in reported.items()} == {

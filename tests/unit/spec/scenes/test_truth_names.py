@@ -10,7 +10,11 @@ from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.scenes.load import add_scene, load_scene
 
-VARIABLES = {"garden": ("bed_planted", "bed_wet", "left_bed_dry"), "kitchen": ("pot_full",), "": ("holding",)}
+VARIABLES: dict[str, dict[str, tuple[str, ...]]] = {
+    "garden": {"bed_planted": (), "bed_wet": (), "left_bed_dry": (), "side": ("left", "right")},
+    "kitchen": {"pot_full": ()},
+    "": {"holding": ()},
+}
 
 
 def write(folder: Path, truth: str, *, module: str = "", name: str = "scene", more: str = "") -> str:
@@ -60,7 +64,8 @@ def test_a_full_name_replaces_the_truth_of_an_included_scene_for_all_parameters(
     truths = "  pot_full: pot.tilt < 1 rad\n  pot_hot: pot_full"
     write(tmp_path, truths, module="kitchen", name="part", more=pot + choice)
     names = ["kitchen.pot_full(pot = little)", "kitchen.pot_full(pot = big)"]
-    variables = {**VARIABLES, "kitchen": ("pot_full", "pot_hot")}
+    known: dict[str, tuple[str, ...]] = {"pot_full": (), "pot_hot": (), "pot": ("little", "big")}
+    variables = {**VARIABLES, "kitchen": known}
     whole = write(
         tmp_path,
         "  kitchen.pot_full: large.tilt < 2 rad",
@@ -79,9 +84,9 @@ def test_a_scene_of_no_module_may_define_those_of_any(tmp_path: Path) -> None:
     assert found.headline == "`pot_ful` is not a state variable of a module or of the site"
 
 
-@pytest.mark.parametrize("variables", [None, {"": ("holding",)}])
+@pytest.mark.parametrize("variables", [None, {"": {"holding": ()}}])
 def test_names_of_a_module_that_is_not_there_are_not_checked(
-    variables: dict[str, tuple[str, ...]] | None, tmp_path: Path
+    variables: dict[str, dict[str, tuple[str, ...]]] | None, tmp_path: Path
 ) -> None:
     file = write(tmp_path, "  anything: true", module="garden")
     assert list(load_scene(file, variables=variables).truth) == ["garden.anything"]
@@ -99,6 +104,30 @@ def test_a_prefix_belongs_to_the_names_of_a_file_that_is_included(
         assert f"garden.left_{name}" in load_scene(whole, variables=VARIABLES).truth
     else:
         assert [one.code for one in refused(whole)] == ["AE122"]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "headline"),
+    [
+        ("{side: {left: pot, right: pot}}", None),
+        ("{side: {left: pot}}", None),
+        ("{sid: {left: pot}}", "`sid` is not a parameter of `garden` with named values"),
+        (
+            "{bed_wet: {left: pot}}",
+            "`bed_wet` is not a parameter of `garden` with named values",
+        ),
+        ("{side: {lefft: pot}}", "`lefft` is not a value of `side`"),
+    ],
+)
+def test_parameters_and_their_values_are_those_of_the_module(
+    parameters: str, headline: str | None, tmp_path: Path
+) -> None:
+    pot = "bodies:\n  pot: {sphere: 3 cm, at: [0 m, 0 m, 1 m]}\n"
+    file = write(tmp_path, "  bed_wet: true", module="garden", more=f"{pot}parameters: {parameters}\n")
+    if headline is None:
+        assert list(load_scene(file, variables=VARIABLES).truth) == ["garden.bed_wet"]
+    else:
+        assert [one.headline for one in refused(file)] == [headline]
 
 
 def test_a_scene_that_is_added_is_checked_as_well(tmp_path: Path) -> None:

@@ -82,13 +82,23 @@ def test_one_of_another_site_counts_for_a_run_if_the_files_are_the_same(
         with changed.open("a", encoding="utf-8") as opened:
             opened.write("# later\n")
     expected = certificate_of(module, site)
-    assert (check_lock(module, expected, accepts_other_site=True) is None) is counts
+    assert (check_lock(module, expected, accepts_other_setup=True) is None) is counts
     assert code_of(module, expected) == "AE902"
     lock = module / LOCK
     lock.write_text(lock.read_text().replace("PROVED", "GUARDED"))
-    altered = check_lock(module, expected, accepts_other_site=True)
+    altered = check_lock(module, expected, accepts_other_setup=True)
     assert altered is not None
     assert altered.code == "AE903"
+
+
+def test_one_with_other_settings_counts_for_a_run(module: Path, site: Path) -> None:
+    expected = replace(certificate_of(module, site), configuration={"speed": "0.3 m/s"})
+    assert check_lock(module, expected, accepts_other_setup=True) is None
+    assert code_of(module, expected) == "AE902"
+    of_other_verdicts = replace(certificate_of(module, site), obligations={})
+    found = check_lock(module, of_other_verdicts, accepts_other_setup=True)
+    assert found is not None
+    assert found.code == "AE902"
 
 
 def test_it_states_the_limits_that_the_module_declares(module: Path, site: Path) -> None:

@@ -16,7 +16,7 @@ from aeros.spec.verification.claim_summary import (
     summarize_static_claim,
 )
 
-WRONG = Diagnostic("AE404", "it")
+WRONG, ALSO = Diagnostic("AE404", "it"), Diagnostic("AE404", "another")
 
 
 def claim(
@@ -29,6 +29,11 @@ A, B, C = claim("a"), claim("b", "slow", "pace <= 1"), claim("c", "slow", "pace 
 D, E = claim("d", "slow", "true"), claim("e", "near", "true")
 
 
+def test_a_mistake_in_a_function_of_two_skills_is_one_diagnostic() -> None:
+    again = claim("f", problem=Diagnostic("AE404", "it"))
+    assert diagnostics_of([A, C, again]) == (WRONG,)
+
+
 def test_a_settled_claim_keeps_its_verdict_and_its_report() -> None:
     claim_id = ClaimForm.ACCESS_GRANTED("sensors")
     assert summarize_static_claim(StaticClaim(claim_id, None)) == ClaimSummary(claim_id, Verdict.PROVED)
@@ -39,7 +44,7 @@ def test_a_settled_claim_keeps_its_verdict_and_its_report() -> None:
 
 
 def test_the_reports_of_claims_are_collected_in_order() -> None:
-    assert diagnostics_of([A, C, B, claim("f", problem=WRONG)]) == (WRONG, WRONG)
+    assert diagnostics_of([A, C, B, claim("f", problem=ALSO)]) == (WRONG, ALSO)
     assert diagnostics_of([]) == ()
 
 

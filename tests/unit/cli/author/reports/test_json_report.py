@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import copy
 import json
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -22,6 +23,14 @@ def test_the_published_schema_is_a_schema() -> None:
 def test_the_report_is_as_published(run: str) -> None:
     report = json.loads(as_json(result_of(run)))
     assert [error.message for error in VALIDATOR.iter_errors(report)] == []
+
+
+def test_outcomes_without_which_tasks_are_proved_are_named() -> None:
+    result = result_of("accepted")
+    modules = tuple(replace(one, left_out=("look.gone",)) for one in result.report.modules)
+    report = json.loads(as_json(replace(result, report=replace(result.report, modules=modules))))
+    assert {tuple(one["left_out"]) for one in report["modules"]} == {("look.gone",)}
+    assert VALIDATOR.is_valid(report)
 
 
 def test_the_runs_show_every_conclusion_and_verdict() -> None:

@@ -49,6 +49,16 @@ def test_rules_that_the_gate_decides_are_listed_with_their_boundaries() -> None:
     assert summary.endswith(" obligations, 2 runtime-checked: stop-button, slow-near-person")
 
 
+def test_outcomes_without_which_tasks_are_proved_are_listed() -> None:
+    left_out = replace(MODULE, diagnostics=(), left_out=("look.gone", "look.\x1b"))
+    assert shown(replace(left_out, conclusion=Conclusion.PROVED))[-3:] == [
+        "",
+        "tasks are proved without these outcomes, of probability 0",
+        "  handling: look.gone, look.\\x1b",
+    ]
+    assert "probability 0" not in "".join(shown(left_out))
+
+
 def test_a_module_that_is_not_proved_has_no_boundaries() -> None:
     result = result_of("accepted")
     report = result.report

@@ -78,8 +78,8 @@ def test_a_task_that_composes_a_composing_task_has_all_that_this_one_has() -> No
 @pytest.mark.parametrize(
     ("place", "hidden"),
     [
-        ("      clean_table.robot_at_table: false\n", "      make_dumplings.robot_at_bench: false\n"),
-        ("    initial:", "    report: [make_dumplings.robot_at_bench]\n"),
+        ("      clean_table.robot_at_table: false\n", "      make_dumplings.press_free: false\n"),
+        ("    initial:", "    report: [make_dumplings.press_free]\n"),
     ],
 )
 def test_a_variable_that_is_not_public_is_refused_as_such(tmp_path: Path, place: str, hidden: str) -> None:
@@ -95,8 +95,10 @@ def test_a_variable_that_is_not_public_is_refused_as_such(tmp_path: Path, place:
     (found,) = diagnostics
     assert found.code == "AE122"
     assert found.headline == (
-        "`make_dumplings.robot_at_bench` is a state variable of `make_dumplings` that is not public"
+        "`make_dumplings.press_free` is a state variable of `make_dumplings` that is not public"
     )
     assert found.primary is not None
-    assert found.primary.span.text == "make_dumplings.robot_at_bench"
-    assert "public are: none" in found.help
+    assert found.primary.span.text == "make_dumplings.press_free"
+    (public,) = (one for one in found.help if one.startswith("public are: "))
+    assert "robot_at_bench" in public
+    assert "press_free" not in public

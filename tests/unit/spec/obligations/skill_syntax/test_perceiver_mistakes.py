@@ -22,6 +22,9 @@ CORPUS = ROOT / "tests" / "corpus"
         ("measures_its_own_predicate", "    while", '    view.samples.get("hand")\n    while', None),
         ("models_with_an_interface", '["tent"]', '["tend"]', '"tend"'),
         ("models_with_an_interface", "    while", '    view.samples["hand"]\n    while', '"hand"'),
+        ("models_with_an_interface", '"height": height', '"hieght": height', '"hieght"'),
+        ("models_with_an_interface", "run(x=", "run(z=", "z=(brightness / 100,)"),
+        ("models_with_an_interface", '["y"]', '["q"]', '"q"'),
         ("models_with_an_interface", "    while", '    view.pictures.get("overhead")\n    while', None),
     ],
 )

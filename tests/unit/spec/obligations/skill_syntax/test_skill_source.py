@@ -19,23 +19,42 @@ def test_the_tree_its_nodes_and_its_functions_are_those_of_the_text() -> None:
 @pytest.mark.parametrize(
     ("content", "why"),
     [
-        (b"\xef\xbb\xbfx = 1\n", "it begins with a byte order mark"),
-        (b"# coding: latin-1\n", "it declares an encoding; it is UTF-8 without saying so"),
-        (b"\n \t# -*- coding=utf-8\n", "it declares an encoding; it is UTF-8 without saying so"),
-        (b"x = '\xe9'\n", "byte 5 is not UTF-8"),
-        (b"x = 1\ny = (\n", "line 2: '(' was never closed"),
+        (b"\xef\xbb\xbfx = 1\n", "`skills.py` is not plain Python: it begins with a byte order mark"),
+        (b"# coding: latin-1\n", "`skills.py` is not plain Python: it declares an encoding"),
+        (b"\n \t# -*- coding=utf-8\n", "`skills.py` is not plain Python: it declares an encoding"),
+        (b"x = '\xe9'\n", "`skills.py` is not plain Python: byte 5 is not UTF-8"),
+        (b"x = 1\ny = (\n", "this is not Python: '(' was never closed"),
         (b"x = '\0'\n", "the character U+0000 (NULL) is not allowed: it is a control character"),
-        (b"return 1\n", "line 1: 'return' outside function"),
+        (b"return 1\n", "this is not Python: 'return' outside function"),
         ("größe = 1\n".encode(), "the name `größe` is not written in ASCII"),
         ("ｌｅｎ = 1\n".encode(), "the name `ｌｅｎ` is not written in ASCII, and Python reads it as `len`"),
         ("# ok\nx = 1 # \u202e\n".encode(), "the character U+202E (RIGHT-TO-LEFT OVERRIDE) is not allowed"),
-        (b"x = " + b"(" * 300 + b")" * 300 + b"\n", "line 1: too many nested parentheses"),
+        (b"x = " + b"(" * 300 + b")" * 300 + b"\n", "this is not Python: too many nested parentheses"),
     ],
 )
 def test_code_that_is_not_plain_python_is_refused(content: bytes, why: str) -> None:
     with pytest.raises(UnreadableCodeError) as raised:
         SkillFile("skills.py", content)
     assert str(raised.value).startswith(why)
+
+
+@pytest.mark.parametrize(
+    ("code", "line", "marked"),
+    [
+        ("x = 1\ny = (\n", 2, "("),
+        ("x = 1\nreturn x\n", 2, "return x"),
+        ("def f():\npass\n", 2, "pass"),
+        ("x = 'a\n", 1, "'"),
+        ("if x:\n", 1, ":"),
+    ],
+)
+def test_what_is_not_python_is_marked_where_python_says(code: str, line: int, marked: str) -> None:
+    with pytest.raises(UnreadableCodeError) as raised:
+        SkillFile("skills.py", code.encode())
+    found = raised.value.diagnostic
+    assert found.code == "AE139"
+    assert found.primary is not None
+    assert (found.primary.span.line, found.primary.span.text) == (line, marked)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,90 @@
+"""Calls of models: unknown and missing inputs, and outputs that a model never gives."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.expr.units import parse_unit
+from aeros.spec.model.models import ModelValue, ModuleModel
+from aeros.spec.obligations.skill_syntax.model_mistakes import model_mistakes
+from aeros.spec.obligations.skill_syntax.skill_source import SkillFile
+
+SPAN = Source("ecm.yaml", "gauge").span(0, 5)
+
+
+def value(name: str) -> ModelValue:
+    unit = parse_unit("m")
+    assert unit is not None
+    return ModelValue(name, (), unit, (Fraction(0), Fraction(1)), SPAN)
+
+
+GAUGE = ModuleModel(
+    id="gauge",
+    kind="table",
+    file="gauge.csv",
+    inputs={"level": value("level"), "tilt": value("tilt")},
+    outputs={"volume": value("volume")},
+    bounds=(),
+    span=SPAN,
+    file_span=SPAN,
+)
+
+
+def found(body: str) -> list[tuple[str, str]]:
+    """Headline and marked text of each mistake in a function with this body."""
+    file = SkillFile("skills.py", f"def entry(observed, inputs, models):\n{body}".encode())
+    mistakes = model_mistakes(file, file.functions["entry"], "models", {"gauge": GAUGE})
+    return [(one.headline, one.primary.span.text) for one in mistakes if one.primary is not None]
+
+
+RUN = 'models["gauge"].run(level=1, tilt=2)'
+
+
+@pytest.mark.parametrize(
+    ("body", "headline", "marked"),
+    [
+        (
+            '    models["gauge"].run(levl=1, level=1, tilt=2)\n',
+            "`levl` is not an input of the model `gauge`",
+            "levl=1",
+        ),
+        (
+            '    models["gauge"].run(level=1)\n',
+            "the model `gauge` is not given its input `tilt`",
+            'models["gauge"].run(level=1)',
+        ),
+        (
+            f'    return {RUN}["volum"]\n',
+            "`volum` is not an output of the model `gauge`",
+            '"volum"',
+        ),
+        (
+            f'    found = {RUN}\n    return found["volum"]\n',
+            "`volum` is not an output of the model `gauge`",
+            '"volum"',
+        ),
+    ],
+)
+def test_a_mistake_is_marked(body: str, headline: str, marked: str) -> None:
+    assert found(body) == [(headline, marked)]
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        f'    return {RUN}["volume"]\n',
+        '    models["gauge"].run(**inputs)\n',
+        '    models["gauge"].run(level=1, **inputs)\n',
+        "    models[inputs].run(levl=1)\n",
+        '    models["other"].run(levl=1)\n',
+        '    inputs["gauge"].run(levl=1)\n',
+        '    models = inputs\n    models["gauge"].run(levl=1)\n',
+        f'    found = {RUN}\n    found = inputs\n    return found["volum"]\n',
+        f"    found = {RUN}\n    return found[inputs]\n",
+    ],
+)
+def test_a_call_that_may_be_right_is_not_reported(body: str) -> None:
+    assert found(body) == []
