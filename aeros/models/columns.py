@@ -93,7 +93,7 @@ def split_header(header: str) -> tuple[str, str | None]:
 
 def _read_csv(content: bytes) -> dict[str, tuple[float, ...]]:
     # Spreadsheets write a byte order mark before "CSV UTF-8".
-    reader = csv.reader(io.StringIO(content.decode("utf-8-sig")), strict=True)
+    reader = csv.reader(io.StringIO(content.decode().removeprefix("\ufeff")), strict=True)
     rows = [(reader.line_num, row) for row in reader if row]
     if not rows:
         cure = "write them into the first line, as in `level [mm],volume`"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -30,7 +30,7 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.render import escape_invisible, render_all
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.summary import summarize_site
-from aeros.spec.obligations.absent_modules import absent_settings
+from aeros.spec.obligations.absent_modules import absent_settings, policy_name_obligations
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -179,27 +179,35 @@ def _policy(arguments: argparse.Namespace) -> Exit:
     registry = Registry(arguments.state)
     if arguments.site is not None:
         registry.set_policy(arguments.site)
-        _warn_of_settings(arguments.site, registry.snapshot().modules)
+        _warn_of_absent_names(arguments.site, registry)
     configuration, _ = registry.configuration()
     site = configuration.site
     print_line(f"{site.id} is in force; sha256:{site.digest}")
     for module, access in sorted(site.grants.items()):
         print_line(f"  {module} may also use {access}")
+    for block in site.blocks:
+        print_line(f"  blocked: {block.id}: {block.reason} ({block.scope})")
     print_waiting(registry.waiting().values())
     return Exit.SUCCESS
 
 
-def _warn_of_settings(path: Path, installed: Collection[str]) -> None:
-    """Print a warning for each module that the site file has settings for and that is not installed.
+def _warn_of_absent_names(path: Path, registry: Registry) -> None:
+    """Print a warning for each module or skill that the site file names and that is not installed.
 
     A policy is put in force before the first module is installed, so then there is none.
     """
-    if not installed:
+    installed = registry.snapshot().modules
+    site = load_site(path, Diagnostics()) if installed else None
+    if site is None:
         return
-    site = load_site(path, Diagnostics())
-    settings = {} if site is None else summarize_site(site).settings
-    absent = [
-        absent_settings(name, span, installed) for name, span in settings.items() if name not in installed
+    summary = summarize_site(site)
+    skills = {name: registry.skills(name) for name in installed}
+    claims = policy_name_obligations(skills, summary)
+    absent = [one.diagnostic for one in claims if one.diagnostic is not None]
+    absent += [
+        absent_settings(name, span, installed)
+        for name, span in summary.settings.items()
+        if name not in installed
     ]
     if absent:
         print_diagnostics(render_all(absent))

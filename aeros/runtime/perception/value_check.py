@@ -64,7 +64,7 @@ class PerceivedValueCheck:
             scalars: Scalars = {}
             fault = checker.unpack(one.value, scalars)
             if fault is not None:
-                raise InvalidValuesError(f"it measured a wrong value: {fault.text}")
+                raise InvalidValuesError(f"it measured {repr(one.value)[:40]} in SI units: {fault.text}")
             if not _is_certain(checker, one.uncertainty):
                 self.unsure[checker.declared.name] = _uncertainty_text(checker.declared, one.uncertainty)
             else:

@@ -8,7 +8,7 @@ after `deactivate`, `remove` or `block` has returned, no further action of that 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,7 +28,7 @@ from aeros.runtime.registry.requirements import require_installed
 from aeros.runtime.registry.shown_paths import shown_as
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.runtime.registry.stored_modules import policy_file, refusal
-from aeros.runtime.registry.waiting_modules import reset_waiting
+from aeros.runtime.registry.waiting_modules import needs_one_of, reset_waiting
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import UserError
@@ -96,7 +96,12 @@ class Registry(InstalledModules):
                 name, found = source.name, f"sha256:{digest}"
                 raise refusal("AE963", f"`{name}` does not have the pinned digest: its digest is {found}")
             declared, settings, command = _read_files(
-                self._site_of(old), old.configurations, files, source, self._folders(old).values()
+                self._site_of(old),
+                old.configurations,
+                files,
+                source,
+                self._folders(old),
+                self._find_waiting(old),
             )
             id_, version = declared.id.value, declared.version.value
             kept = old.modules.get(id_)
@@ -345,13 +350,15 @@ def _read_files(
     configurations: Mapping[str, ModuleConfiguration],
     files: Mapping[str, bytes],
     source: Path,
-    installed: Iterable[Path],
+    folders: Mapping[str, Path],
+    waiting: Collection[str],
 ) -> tuple[declared_ecm.Ecm, ModuleConfiguration, str]:
     """Read a module from the bytes that were read of it, with those settings that it still declares.
 
-    A module that waits to be configured is not resolved yet. The third value is the command that configures
-    it; empty if it does not wait.
+    A module that waits to be configured, or that needs one of `waiting`, is not resolved yet. The third value
+    is the command that configures it; empty if it does not wait.
     """
+    installed = folders.values()
     with temporary_folder() as made:
         folder = made / (source.resolve().name or "module")
         write_files(files, folder)
@@ -364,6 +371,11 @@ def _read_files(
             settings = _still_declared(configurations.get(declared.id.value, UNCONFIGURED), declared)
             site = site.with_configurations({**configurations, declared.id.value: settings})
             command = configure_command(declared.id.value, module_settings(declared, site))
+            others = {
+                name: one for name, path in folders.items() if (one := decode_manifest(path)) is not None
+            }
+            if not command and needs_one_of(declared, others, waiting):
+                command = f"aeros configure {declared.id.value}"
             if not command:
                 load_module(site, folder, installed)
     return declared, settings, command

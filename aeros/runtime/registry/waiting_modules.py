@@ -64,7 +64,7 @@ def find_waiting(
     settings = {name: module_settings(one, chosen) for name, one in modules.items()}
     waiting = {name for name, listed in settings.items() if any(one.is_open for one in listed)}
     while more := {
-        name for name, one in modules.items() if name not in waiting and _waits(one, modules, waiting)
+        name for name, one in modules.items() if name not in waiting and needs_one_of(one, modules, waiting)
     }:
         waiting |= more
     needs = {name: _needed(modules[name], modules) & waiting for name in waiting}
@@ -76,8 +76,17 @@ def find_waiting(
     return found
 
 
-def _waits(one: declared.Ecm, modules: Mapping[str, declared.Ecm], waiting: Collection[str]) -> bool:
-    """Say if a module needs a module that waits, or a capability that only modules that wait provide."""
+def needs_one_of(one: declared.Ecm, modules: Mapping[str, declared.Ecm], waiting: Collection[str]) -> bool:
+    """Say if a module needs a module that waits, or a capability that only modules that wait provide.
+
+    Args:
+        one: the module, as it declares itself.
+        modules: the installed modules, as they declare themselves, by name.
+        waiting: names of those that wait.
+
+    Returns:
+        True if it does, so that it waits, too.
+    """
     if any(name.value in waiting for name, _ in one.dependencies.modules):
         return True
     for name, capability in one.dependencies.required_capabilities:

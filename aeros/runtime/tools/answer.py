@@ -38,7 +38,7 @@ def check_answer(answer: Any, tool: Tool, site: Site) -> dict[str, Any]:
         scalars: Scalars = {}
         fault = checker.unpack(value, scalars)
         if fault is not None:
-            raise ToolError(f"it answered a wrong value: {fault.text}")
+            raise ToolError(f"it answered {repr(value)[:40]} in SI units: {fault.text}")
         parts = tuple(scalars[scalar] for scalar in checker.names)
         values[name] = parts if isinstance(value, list) else parts[0]
     return values

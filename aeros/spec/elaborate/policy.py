@@ -292,4 +292,10 @@ def policy_spans(site: Site) -> dict[str, SourceSpan]:
         **{place: setting.span for place, setting in optional.items() if setting is not None},
         **{f"resources/{name.value}": count.span for name, count in site.resources},
         **{f"modules/{name.value}": name.span for name, _ in site.modules},
+        **{
+            f"modules/{name.value}/{kind}/{key.value}": value.span
+            for name, one in site.modules
+            for kind, given in (("bind", one.bind), ("set", one.set))
+            for key, value in given
+        },
     }

@@ -68,6 +68,12 @@ class OperatorOverride:
     span: SourceSpan | None = None
 
     @property
+    def scope(self) -> str:
+        """Description of the blocked actions, such as `module tidy, skill wipe`."""
+        named = (("module", self.module), ("skill", self.skill), ("action", self.action))
+        return ", ".join(f"{what} {value}" for what, value in named if value is not None) or "all actions"
+
+    @property
     def identity(self) -> tuple[str | None, ...]:
         """All fields but the place in a file: equal for overrides that say the same."""
         return self.id, self.reason, self.module, self.skill, self.action

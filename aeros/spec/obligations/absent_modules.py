@@ -6,36 +6,31 @@ another.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel, did_you_mean
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.model.summary import ModuleSummary, SiteSummary
+from aeros.spec.model.summary import BlockSummary, ModuleSummary, SiteSummary
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
 from aeros.spec.text.discovery import reference_site_path
 
 
-def policy_name_obligations(ecms: Iterable[ModuleSummary], site: SiteSummary) -> Iterator[StaticClaim]:
+def policy_name_obligations(
+    skills: Mapping[str, Collection[str]], site: SiteSummary
+) -> Iterator[StaticClaim]:
     """Claim that the modules and skills that the policy names are in the set; the others are warnings.
 
     Args:
-        ecms: the modules.
+        skills: names of the skills of each module, by the module's name.
         site: the site they would be installed at.
 
     Yields:
         A claim for each grant, shared variable and override.
     """
-    skills = {ecm.id: ecm.skills for ecm in ecms}
-    # Nobody who verifies some modules can take a line out of a site that comes with AEROS.
-    shipped = reference_site_path().parent
-    absent = {
-        name: span
-        for name, span in site.grants.items()
-        if name not in skills and Path(span.source.path).parent != shipped
-    }
+    absent = {name: span for name, span in _own_grants(site).items() if name not in skills}
     for name in site.grants:
         # One warning for all of them: a site for several modules is used with a few of them, too.
         is_first = name == next(iter(absent), None)
@@ -54,9 +49,63 @@ def policy_name_obligations(ecms: Iterable[ModuleSummary], site: SiteSummary) ->
         warning = _missing_module(
             f"the operator override `{block.id}` blocks `{named}`, which is not in this set",
             block.span,
-            "correct the name if something is meant to be blocked",
+            _cure_of_block(block, skills),
         )
         yield StaticClaim(ClaimForm.BLOCK_IS_USED(block.id), None if is_present else warning)
+
+
+def names_near(modules: Collection[str], site: SiteSummary) -> frozenset[str]:
+    """List the names in overrides and grants that are nearly the names of some modules.
+
+    Args:
+        modules: names of the modules.
+        site: the site.
+
+    Returns:
+        The names, without those that only a site that comes with AEROS grants something.
+    """
+    blocked = (one.module for one in site.blocks if one.module is not None)
+    named = {*_own_grants(site), *blocked} - {*modules}
+    return frozenset(one for one in named if did_you_mean(one, modules) is not None)
+
+
+def _own_grants(site: SiteSummary) -> dict[str, SourceSpan]:
+    """Return the grants that whoever verifies can change: not those of a site that comes with AEROS."""
+    shipped = reference_site_path().parent
+    return {name: span for name, span in site.grants.items() if Path(span.source.path).parent != shipped}
+
+
+def misspelt_policy_names(
+    ecm: ModuleSummary, site: SiteSummary, others: Collection[str]
+) -> Iterator[StaticClaim]:
+    """Claim that grants and overrides of one module have its name and those of its skills.
+
+    What names a module that is not there may be for one that nobody verifies now. What nearly has the name of
+    this module, and of no other that is there, is probably for this one.
+
+    Args:
+        ecm: the module.
+        site: the site it would be installed at.
+        others: names of further modules that are there.
+
+    Yields:
+        A claim for each grant and override that has no effect; each is a warning.
+    """
+
+    def is_meant(module: str | None) -> bool:
+        return module == ecm.id or (
+            module is not None and module not in others and did_you_mean(module, [ecm.id]) is not None
+        )
+
+    own = replace(
+        site,
+        grants={name: span for name, span in site.grants.items() if is_meant(name)},
+        shared={},
+        blocks=tuple(block for block in site.blocks if is_meant(block.module)),
+    )
+    for claim in policy_name_obligations({ecm.id: ecm.skills}, own):
+        if claim.diagnostic is not None:
+            yield claim
 
 
 def settings_obligations(
@@ -97,6 +146,17 @@ def absent_settings(name: str, span: SourceSpan | None, names: Collection[str]) 
         return Diagnostic("AE886", headline, help=(help_,))
     headline = f"the site has settings for `{name}`, which is not in this set, so they have no effect"
     return Diagnostic("AE886", headline, SpanLabel(span), help=(help_,), severity=Severity.WARNING)
+
+
+def _cure_of_block(block: BlockSummary, skills: Mapping[str, Collection[str]]) -> str:
+    """Return the name that was probably meant, if one is near."""
+    module, skill = block.module or "", block.skill or ""
+    if module in skills:
+        near = did_you_mean(skill, skills[module])
+        meant = None if near is None else f"{module}.{near}"
+    else:
+        meant = did_you_mean(module, skills)
+    return f"did you mean `{meant}`?" if meant else "correct the name if something is meant to be blocked"
 
 
 def _absent_grants(grants: Mapping[str, SourceSpan]) -> Diagnostic:

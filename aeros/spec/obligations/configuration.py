@@ -65,7 +65,7 @@ def configuration_obligations(ecms: Sequence[ModuleSummary], site: SiteSummary) 
         yield StaticClaim(ClaimForm.CAPABILITY_UNIQUE(capability), twice)
     yield from _effects(ecms)
     yield from _dependencies(ecms)
-    yield from policy_name_obligations(ecms, site)
+    yield from policy_name_obligations({ecm.id: ecm.skills for ecm in ecms}, site)
 
 
 def _group_by_key(pairs: Iterable[tuple[_K, _V]]) -> dict[_K, list[_V]]:

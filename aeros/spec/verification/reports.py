@@ -12,7 +12,7 @@ from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity
 from aeros.spec.diagnostics.errors import InternalError, UserError
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.model.summary import ComposedScenes, ModuleSummary, SiteSummary
-from aeros.spec.obligations.absent_modules import settings_obligations
+from aeros.spec.obligations.absent_modules import misspelt_policy_names, settings_obligations
 from aeros.spec.obligations.claim_id import ClaimId
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.obligations.dependencies import dependency_obligations
@@ -324,15 +324,16 @@ def configuration_report(
     Args:
         modules: summaries of the modules.
         site: summary of the site.
-        others: names of further modules for which there may be settings.
+        others: names of further modules that the policy may name.
 
     Returns:
-        The report; None for fewer than two modules, unless there are settings for a module that is absent.
+        The report; None for fewer than two modules, unless the policy names one that is absent.
     """
     names = {*(one.id for one in modules), *others}
     settings = tuple(settings_obligations(site.settings, names)) if names else ()
     if len(modules) < 2:
-        settled = tuple(one for one in settings if one.diagnostic is not None)
+        names_of_policy = (claim for one in modules for claim in misspelt_policy_names(one, site, names))
+        settled = (*(one for one in settings if one.diagnostic is not None), *names_of_policy)
     else:
         settled = (*configuration_obligations(modules, site), *settings)
     if not settled:
@@ -367,6 +368,28 @@ def dependency_candidates(
                 summary = read(neighbour)
                 around |= {} if summary is None else {summary.id: summary}
     return around | {one.id: one for one in given.values()}
+
+
+def with_required(
+    modules: Sequence[ModuleSummary], around: Mapping[str, ModuleSummary]
+) -> list[ModuleSummary]:
+    """Add the modules that others require by name, which a run would load with them.
+
+    Args:
+        modules: the given modules.
+        around: modules that dependencies may refer to, by name.
+
+    Returns:
+        The given modules, then those that they require and that are there, directly or not.
+    """
+    found = {one.id: one for one in modules}
+    pending = list(modules)
+    while pending:
+        for name in pending.pop().requires:
+            if name not in found and name in around:
+                found[name] = around[name]
+                pending.append(around[name])
+    return list(found.values())
 
 
 def conclusion_of(problems: Iterable[Diagnostic]) -> Conclusion:

@@ -21,6 +21,7 @@ from aeros.spec.diagnostics.errors import InternalError, MisuseError, UserError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
 from aeros.spec.model.summary import ModuleSummary, SiteSummary, summarize_site
+from aeros.spec.obligations.absent_modules import names_near
 from aeros.spec.text.discovery import Surroundings, all_module_folders
 from aeros.spec.text.site_layers import read_site
 from aeros.spec.verification.proof_cache import ProofCache
@@ -35,6 +36,7 @@ from aeros.spec.verification.reports import (
     missing_module_report,
     module_report,
     unreadable_site_report,
+    with_required,
 )
 
 if TYPE_CHECKING:
@@ -171,7 +173,8 @@ def _report(
     agreement, encodings = prover.agreement(progress), prover.encodings(progress)
     prover.close()
     others = _others_with_settings(site, given, folders, prover.surroundings)
-    configuration = configuration_report(list(given.values()), site, others)
+    together = with_required(list(given.values()), around) if len(given) > 1 else list(given.values())
+    configuration = configuration_report(together, site, others)
     about_site = replace(site_report, variables=site.variables)
     report = Report(
         about_site, (*refused, *modules), prover.site_model, configuration, agreement, encodings, loops
@@ -185,8 +188,9 @@ def _others_with_settings(
     folders: Sequence[Path],
     surroundings: Surroundings,
 ) -> Collection[str]:
-    """Return names of modules that could not be read, or that have settings and are next to those given."""
-    absent = site.settings.keys() - {one.id for one in given.values()}
+    """Return names of modules that could not be read, or that the policy names and that are near."""
+    known = {one.id for one in given.values()}
+    absent = (site.settings.keys() | names_near(known, site)) - known
     if not absent:
         return ()
     # Imported here, as it costs time that most runs need not pay.

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 from aeros.spec.declared import configuration as declared
 from aeros.spec.declared import ecm as declared_ecm
-from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, SpanLabel, did_you_mean
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import expression_of_argument
 from aeros.spec.elaborate.module.settings import Setting
 from aeros.spec.elaborate.module.suitable_things import suitable_things, things_of_sort, wanted_thing
@@ -28,7 +29,8 @@ from aeros.spec.expr.types import (
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.configured import CAMERAS, BoundNames, ModuleConfiguration
 from aeros.spec.model.site import Site
-from aeros.spec.text.fields import TextField
+from aeros.spec.text.fields import ExpressionField, TextField
+from aeros.spec.text.nodes import ScalarNode
 
 
 class ModuleNeeds:
@@ -126,7 +128,23 @@ class ModuleNeeds:
                     listed = ", ".join(f"`{one}`" for one in known) or "none"
                     help_ = f"did you mean `{near}`?" if near else f"it declares {listed}"
                     headline = f"`{self._module}` has no {what} `{name}`"
-                    self._diagnostics.error("AE122", headline, self._ecm.id.span, help=(help_,))
+                    at = self._place_in_site("bind" if what == "need" else "set", name)
+                    self._diagnostics.error("AE122", headline, at or self._ecm.id.span, help=(help_,))
+
+    def _place_in_site(self, kind: Literal["bind", "set"], name: str) -> SourceSpan | None:
+        """Return the place of a value in the site file or overlay; None if the operator gave it."""
+        of_operator = self._of_operator.bindings if kind == "bind" else self._of_operator.parameters
+        place = self._given.policy_spans.get(f"modules/{self._module}/{kind}/{name}")
+        return None if name in of_operator else place
+
+    def _written_value(self, name: str, text: str) -> ExpressionField:
+        """Return the value of a parameter as an expression, at its place in a file or as an option."""
+        place = self._place_in_site("set", name)
+        if place is None:
+            return expression_of_argument(f"--set {name}", text)
+        if place.text != text:  # in quotes
+            return expression_of_argument(f"{place.source.path}:{place.line}", text)
+        return ExpressionField(text, place, ScalarNode(text, place))
 
     def _bind(
         self,
@@ -189,7 +207,12 @@ class ModuleNeeds:
             )
             if need.is_.value == "tool":
                 help_ += ", or as the operator in an overlay on it (docs/tools.md)"
-        self._diagnostics.error("AE136", headline, name.span, "needed here", help=(help_,))
+        at = self._place_in_site("bind", name.value) if chosen else None
+        if at is None:
+            self._diagnostics.error("AE136", headline, name.span, "needed here", help=(help_,))
+        else:
+            needed = (SpanLabel(name.span, "needed here"),)
+            self._diagnostics.report(Diagnostic("AE136", headline, SpanLabel(at), needed, help=(help_,)))
 
     def _value(
         self, name: TextField, parameter: declared.Parameter, configuration: ModuleConfiguration
@@ -199,7 +222,7 @@ class ModuleNeeds:
             name.value, parameter, t.VariableRole.PARAMETER, self._given.enums, self._diagnostics
         )
         text = configuration.parameters.get(name.value)
-        written = parameter.default if text is None else expression_of_argument(f"--set {name.value}", text)
+        written = parameter.default if text is None else self._written_value(name.value, text)
         given = "set" if name.value in self._of_operator.parameters else "site file"
         source = "default" if text is None else given
         self._settings[name.value] = Setting(
@@ -244,7 +267,8 @@ def _range_text(parameter: declared.Parameter) -> str:
     if parameter.range is None or len(parameter.range) != 2:
         return parameter.type.value
     low, high = (one.span.text for one in parameter.range)
-    return f"{low} to {high}" + ("" if parameter.unit is None else f" {parameter.unit.value}")
+    unit = None if parameter.unit is None else parameter.unit.value
+    return f"{low} to {high}" + ("" if unit in (None, "1") else f" {unit}")
 
 
 def module_settings(ecm: declared_ecm.Ecm, site: Site) -> tuple[Setting, ...]:

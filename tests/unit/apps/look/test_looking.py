@@ -88,7 +88,7 @@ def test_a_value_that_is_too_uncertain_or_missing_is_unknown_with_the_reason() -
     ("answer", "reason"),
     [
         (PerceiverError("perceivers.py:9: KeyError 'x'"), "perceivers.py:9: KeyError 'x'"),
-        ({"water_hot": 3}, "a wrong value"),
+        ({"water_hot": 3}, "it measured 3 in SI units"),
     ],
 )
 def test_a_failure_is_named_and_the_look_is_not_right(

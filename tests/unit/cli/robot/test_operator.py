@@ -290,3 +290,19 @@ def test_an_overlay_grants_a_module_its_access_and_is_stored_with_its_site(
     (tmp_path / "site.yaml").write_text(poor)
     assert run("policy", "site.yaml") == 1
     assert "AE404" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
+def test_blocks_of_a_policy_are_shown_and_misspelt_names_are_a_warning(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "site.yaml").write_text((BASE / "site.yaml").read_text())
+    block = "blocks: [{id: worn, reason: the cloth is worn, module: tidy, skill: wipee}]\n"
+    (tmp_path / "cell.yaml").write_text(f"schema: aeros/overlay/1\nbase: site.yaml\n{block}")
+    assert run("install", str(BASE / "tidy")) == 0
+    capsys.readouterr()
+    assert run("policy", str(tmp_path / "cell.yaml")) == 0
+    shown = capsys.readouterr()
+    assert "  blocked: worn: the cloth is worn (module tidy, skill wipee)\n" in shown.out
+    assert "the operator override `worn` blocks `tidy.wipee`, which is not in this set" in shown.err
+    assert "did you mean `tidy.wipe`?" in shown.err

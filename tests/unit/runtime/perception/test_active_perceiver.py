@@ -285,7 +285,8 @@ def test_an_answer_that_is_not_as_declared_is_a_failure_of_a_perceiver_that_goes
     assert watched.update(2.0, 2.0) == {}
     ((event, details),) = watched.events
     assert event == "perceiver-failed"
-    assert details["reason"] == "it measured a wrong value: `kettle.water_level` is outside 0 m to 0.3 m"
+    wrong = "it measured 0.31 in SI units: `kettle.water_level` is outside 0 m to 0.3 m"
+    assert details["reason"] == wrong
     assert watched.update(3.0, 3.0) != {}
     assert (watched.runs.opened, watched.runs.closed) == (1, 0)
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import pytest
+
 from aeros.spec.diagnostics.codes import Severity
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.model.summary import ModuleSummary, SiteSummary
+from aeros.spec.model.summary import BlockSummary, ModuleSummary, SiteSummary
 from aeros.spec.obligations.absent_modules import (
     absent_settings,
+    misspelt_policy_names,
+    names_near,
     policy_name_obligations,
     settings_obligations,
 )
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.agent.dumplings import build
 
 SPAN = Source("site.yaml", "polish: {}").span(0, 6)
@@ -41,7 +46,7 @@ def test_without_any_module_none_is_suggested() -> None:
 def test_grants_of_several_absent_modules_are_one_warning() -> None:
     grants = dict.fromkeys(("polish", "serve", "brew"), SPAN)
     site = build(SiteSummary, grants=grants, shared={}, blocks=())
-    claims = list(policy_name_obligations([build(ModuleSummary, id="serve")], site))
+    claims = list(policy_name_obligations({"serve": ()}, site))
     assert [str(one.id).rpartition("/")[2] for one in claims] == ["polish", "serve", "brew"]
     found = [one.diagnostic for one in claims]
     assert found[1:] == [None, None]
@@ -50,3 +55,36 @@ def test_grants_of_several_absent_modules_are_one_warning() -> None:
         "the site grants further access to `polish`, `brew`, which are not in this set"
     )
     assert len(found[0].secondary) == 1
+
+
+def blocked(module: str, skill: str | None = None) -> BlockSummary:
+    return BlockSummary("one", module, skill, SPAN)
+
+
+@pytest.mark.parametrize(
+    ("block", "others", "help_"),
+    [
+        (blocked("polish", "rub"), (), None),
+        (blocked("polish"), (), None),
+        (blocked("polish", "rubb"), (), "did you mean `polish.rub`?"),
+        (blocked("polish", "zzz"), (), "correct the name if something is meant to be blocked"),
+        (blocked("polsh"), (), "did you mean `polish`?"),
+        (blocked("polsh"), ("polsh",), None),
+        (blocked("serve"), (), None),
+    ],
+)
+def test_a_block_that_nearly_names_the_one_module_is_a_warning(
+    block: BlockSummary, others: tuple[str, ...], help_: str | None
+) -> None:
+    site = build(SiteSummary, grants={}, shared={}, blocks=(block,), settings={})
+    polish = build(ModuleSummary, id="polish", skills=frozenset({"rub", "shine"}))
+    found = [one.diagnostic for one in misspelt_policy_names(polish, site, others)]
+    assert [one.help for one in found if one is not None] == ([] if help_ is None else [(help_,)])
+    assert len(found) == (help_ is not None)
+
+
+def test_names_are_near_that_a_person_may_have_meant() -> None:
+    shipped = Source(str(reference_site_path()), "grants").span(0, 6)
+    grants = {"polsh": SPAN, "polisch": shipped, "brew": SPAN, "polish": SPAN}
+    site = build(SiteSummary, grants=grants, blocks=(blocked("pollish"),))
+    assert names_near({"polish"}, site) == {"polsh", "pollish"}

@@ -27,7 +27,9 @@ from aeros.spec.verification.reports import (
     missing_module_report,
     module_report,
     unreadable_site_report,
+    with_required,
 )
+from tests.unit.agent.dumplings import build
 from tests.unit.spec.obligations.data.tidier import module, site
 
 ERROR, UNDECIDED = Diagnostic("AE501", "breach"), Diagnostic("AE509", "undecided")
@@ -224,3 +226,12 @@ def test_modules_nearby_are_read_only_where_a_module_asks_for_others(tmp_path: P
         {tmp_path / "asker": asks, tmp_path / "elsewhere" / "neighbour": given}, reader
     )
     assert both["neighbour"] is given
+
+
+def test_modules_that_others_require_are_added_once_and_only_those() -> None:
+    summaries = {
+        name: build(ModuleSummary, id=name, requires=dict.fromkeys(required, ">=1"))
+        for name, required in (("a", ("b", "missing")), ("b", ("c", "a")), ("c", ()), ("d", ()))
+    }
+    found = with_required([summaries["a"], summaries["c"]], summaries)
+    assert [one.id for one in found] == ["a", "c", "b"]

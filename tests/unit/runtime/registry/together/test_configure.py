@@ -299,6 +299,22 @@ def test_a_module_waits_for_one_that_it_needs(
     ]
 
 
+def test_a_module_with_nothing_open_waits_for_one_that_it_needs(
+    registry: Registry, folder: Path, write: Author
+) -> None:
+    needy = write("needy", id="needy")
+    text = (
+        (needy / "ecm.yaml").read_text().replace("tidying", "polishing").replace("[clean, wipe]", "[polish]")
+    )
+    (needy / "ecm.yaml").write_text(text + '  modules: {tidy: ">=1.0"}\n')
+    assert refusal(registry.install, needy) == ["AE301"]
+    registry.install(folder)
+    assert registry.install(needy).state is ModuleState.INSTALLED
+    assert registry.waiting()["needy"].reason == "needs `tidy`, which waits to be configured"
+    registry.configure("tidy", BENCH)
+    assert registry.configure("needy").state is ModuleState.CONFIGURED
+
+
 def test_a_repair_puts_the_settings_in_force_again(registry: Registry, folder: Path) -> None:
     registry.install(folder)
     configured = registry.configure("tidy", BENCH)

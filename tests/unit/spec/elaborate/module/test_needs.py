@@ -327,3 +327,28 @@ def test_a_sensor_without_permission_is_proposed_as_a_need(folder: Path) -> None
     report = verify([folder], TABLE, settings=OperatorSettings(configurations={MODULE: BOUND}))
     texts = "\n".join(render_text(one) for subject in report.subjects for one in subject.diagnostics)
     assert "declare it under `needs`, too: `scanner: {is: sensor}`" in texts
+
+
+@pytest.mark.parametrize(
+    ("given", "code", "marked", "place"),
+    [
+        ("bind: {surface: tabletop}, set: {pause: 30 s}", "AE111", "30 s", "overlay.yaml"),
+        ("bind: {surface: tabletop}, set: {pause: long}", "AE202", "long", "overlay.yaml"),
+        ('bind: {surface: tabletop}, set: {pause: "long"}', "AE202", "long", "overlay.yaml:4"),
+        ("bind: {surface: tabletop}, set: {paus: 3 s}", "AE122", "3 s", "overlay.yaml"),
+        ("bind: {surface: slow}", "AE136", "slow", "overlay.yaml"),
+    ],
+)
+def test_a_setting_of_a_site_file_is_at_fault_where_it_is_written(
+    folder: Path, tmp_path: Path, given: str, code: str, marked: str, place: str
+) -> None:
+    path = tmp_path / "overlay.yaml"
+    path.write_text(f"schema: aeros/overlay/1\nbase: {TABLE}\nmodules:\n  {MODULE}: {{{given}}}\n")
+    found = load_site(path, Diagnostics())
+    assert found is not None
+    sink = Diagnostics()
+    assert load_ecm(folder, found, sink) is None
+    labels = [one.primary for one in sink if one.code == code]
+    assert [one.span.text for one in labels if one is not None] == [marked]
+    assert labels[0] is not None
+    assert labels[0].span.source.path.endswith(place)
