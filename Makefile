@@ -109,7 +109,7 @@ hook: $(VENV)/.installed-test $(VENV)/.installed-tools ## let pre-commit install
 tools: $(VENV)/.installed-tools ## install pre-commit, towncrier and what else no test needs
 
 schemas: $(VENV)/.installed ## write the JSON Schemas that .vscode/settings.json maps to manifests and sites
-	@for kind in ecm faults people scene site; do $(BIN)/aeros schema $$kind > .vscode/$$kind.schema.json || exit 1; done
+	@for kind in ecm faults people robot scene site; do $(BIN)/aeros schema $$kind > .vscode/$$kind.schema.json || exit 1; done
 
 dist: $(VENV)/.installed-tools ## build the package into dist/ and check what a package index would show of it
 	@rm -rf dist

@@ -26,6 +26,7 @@ from aeros.sim.geometry import Camera, Pose, Vector3, add, camera_axes
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.layouts.survey import NO_SURVEY_ERRORS
 from aeros.sim.randomness import RandomSource
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.sim.sensor_model import SensorModel
 from aeros.spec.model.scene import (
@@ -92,12 +93,20 @@ class DeviatingScene(PhysicsScene):
     Args:
         scene: the scene as the robot takes it to be.
         survey: errors of surveyed places.
+        robot: the robot; None for that of the reference site.
         deviation: how the true cell differs.
         seed: of the direction in which cameras are moved.
     """
 
-    def __init__(self, scene: Scene, survey: SurveyErrors, deviation: Deviation, seed: int) -> None:
-        super().__init__(_deviate(scene, deviation), survey)
+    def __init__(
+        self,
+        scene: Scene,
+        survey: SurveyErrors,
+        robot: RobotModel | None,
+        deviation: Deviation,
+        seed: int,
+    ) -> None:
+        super().__init__(_deviate(scene, deviation), survey, robot)
         self._deviation = deviation
         way = RandomSource(seed).generator("deviation").standard_normal(3)
         x, y, z = (deviation.shift * way / np.linalg.norm(way)).tolist()
@@ -250,14 +259,18 @@ def main() -> None:
     deviation = DEVIATIONS[name]
 
     def make_plant(
-        scene: Scene, seed: int, survey: SurveyErrors = NO_SURVEY_ERRORS, **options: Any
+        scene: Scene,
+        seed: int,
+        survey: SurveyErrors = NO_SURVEY_ERRORS,
+        robot: RobotModel | None = None,
+        **options: Any,
     ) -> physics.PhysicsPlant:
         models: dict[str, SensorModel] = dict(options.pop("sensors", None) or {})
         if deviation.colour_noise is not None:
             for camera in scene.cameras:
                 noisy = models.get(camera, SensorModel())
                 models[camera] = replace(noisy, colour_noise=deviation.colour_noise)
-        deviating = DeviatingScene(scene, survey, deviation, seed)
+        deviating = DeviatingScene(scene, survey, robot, deviation, seed)
         return physics.PhysicsPlant(deviating, seed, sensors=models, **options)
 
     physics.make_plant = make_plant

@@ -29,11 +29,12 @@ from aeros.runtime.motion.link_distance import find_link_contact
 from aeros.runtime.motion.swept_volume import SweptMotion
 from aeros.sim.bullet.client import DATA, bullet
 from aeros.sim.kinematic.robot import KinematicRobot
-from aeros.sim.robot.body import PANDA_BODY
-from aeros.sim.robot.limits import Q_MAX, Q_MIN
+from aeros.sim.robot.robot_file import reference_robot
 from benchmarks.command import build_parser, print_json
 
 _TASKS: Final = ("make dumplings", "clean the table", "fetch the object")
+
+ROBOT: Final = reference_robot()
 
 _CLEARANCE: Final = 0.010
 """`link_clearance` of the reference site, m."""
@@ -74,7 +75,7 @@ def postures_in_use(seeds: int) -> np.ndarray[Any, Any]:
 def is_denied(q: np.ndarray[Any, Any]) -> bool:
     """Return True if the gate would deny to stand there."""
     point = tuple(q.tolist())
-    still = SweptMotion(PANDA_BODY, ([(point,) * 4],), (0.0,) * 7, (0.0,) * 3, (0.0,) * 3, True)
+    still = SweptMotion(ROBOT.body, ([(point,) * 4],), (0.0,) * 7, (0.0,) * 3, (0.0,) * 3, True)
     return find_link_contact(still, _CLEARANCE) is not None
 
 
@@ -113,7 +114,7 @@ class MeshJudge:
 
 def _colliding(judge: MeshJudge, chance: np.random.Generator) -> Iterator[np.ndarray[Any, Any]]:
     while True:
-        q = chance.uniform(Q_MIN, Q_MAX)
+        q = chance.uniform(ROBOT.limits.lowest, ROBOT.limits.highest)
         if judge.distance(q, chance.uniform(0.0, 0.08), 0.001) < 0.0:
             yield q
 

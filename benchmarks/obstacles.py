@@ -115,7 +115,7 @@ def _run_here(instruction: str, scene: str, seed: int) -> None:
         step(plant)
         ticks[:] = ticks[:1] or [plant.now()]
         box = plant._scene.body("box_in_the_way")
-        if plant._world.contacts(box, plant._panda.body):
+        if plant._world.contacts(box, plant._simulated.body):
             touched.append(plant.now())
 
     with tempfile.TemporaryDirectory() as folder:

@@ -48,8 +48,8 @@ from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder
 from aeros.runtime.skills.in_process_run import InProcessRun, run_in_process
 from aeros.session.assembly import build_executor
 from aeros.session.scene_files import scene_of_task
-from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.renderer import Renderer
+from aeros.sim.bullet.robot import BulletRobot
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.engine.people import People, Person, Waypoint
 from aeros.sim.fixed_step_plant import FixedStepPlant
@@ -82,8 +82,8 @@ _REST: Final = "agent, executor and the rest"
 _PARTS: Final[tuple[Part, ...]] = (
     ("PyBullet's steps", PhysicsWorld, ("step",)),
     ("pictures", Renderer, ("render",)),
-    ("motor commands", Panda, ("set_arm_motors", "command_base", "set_finger_motors")),
-    ("robot's sensors", Panda, ("read_sensors", "finger_forces", "wrist_vertical_force")),
+    ("motor commands", BulletRobot, ("set_arm_motors", "command_base", "set_finger_motors")),
+    ("robot's sensors", BulletRobot, ("read_sensors", "finger_forces", "wrist_vertical_force")),
     ("the scene's own measures", PhysicsScene, ("tick", "measure")),
     ("people", People, ("update", "distance")),
     ("plant: planning", FixedStepPlant, ("plan",)),

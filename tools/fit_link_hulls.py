@@ -1,6 +1,6 @@
 """Fit a hull to each link of PyBullet's Panda and find the pairs of links that need no check.
 
-Writes `aeros/sim/robot/panda_hulls.json`. A link's hull has some vertices of its meshes as corners, and as
+Writes `aeros/robots/panda_hulls.json`. A link's hull has some vertices of its meshes as corners, and as
 its radius the greatest distance of any vertex from their convex hull. So it encloses the meshes, their convex
 hull included, and protrudes from that by its radius at most. The meshes are both of each link: the one for
 collisions and the one for pictures; the fingers are enclosed at every gap.
@@ -27,12 +27,12 @@ from scipy.spatial import ConvexHull
 from aeros.runtime.motion.link_distance import HullPair, PostureRange, hull_pairs
 from aeros.runtime.ports import Hull, RobotBody
 from aeros.sim.bullet.client import DATA
-from aeros.sim.robot.kinematics import DH_LENGTHS, DH_OFFSETS, DH_TWISTS, FLANGE
-from aeros.sim.robot.limits import Q_MAX, Q_MIN
+from aeros.sim.robot.robot_file import reference_robot
 
 Points = np.ndarray[Any, np.dtype[np.float64]]
+Rows = tuple[tuple[float, float, float], ...]
 
-_OUTPUT: Final = Path(__file__).parent.parent / "aeros" / "sim" / "robot" / "panda_hulls.json"
+_OUTPUT: Final = Path(__file__).parent.parent / "aeros" / "robots" / "panda_hulls.json"
 
 _MAX_RADIUS: Final = 0.005
 """Radius at which a hull is close enough to its link, m."""
@@ -80,7 +80,9 @@ def mesh_vertices(link: str) -> Points:
         points = np.concatenate((one, open_, turned * one, turned * open_))
     if link in ("hand", "fingers"):  # mounted turned by -45 degrees
         x, y, z = points.T
-        points = np.stack(((x + y) * sqrt(0.5), (y - x) * sqrt(0.5), FLANGE + z), axis=1)
+        points = np.stack(
+            ((x + y) * sqrt(0.5), (y - x) * sqrt(0.5), reference_robot().hand.flange + z), axis=1
+        )
     return points
 
 
@@ -98,9 +100,17 @@ def distance_from_hull(point: Points, corners: Points) -> float:
     return float(np.linalg.norm(corners.T @ (weights / weights.sum()) - point))
 
 
-def _fit(link: str) -> Hull:
-    """Add the vertex that is farthest from the hull so far, until it is near enough."""
-    vertices = mesh_vertices(link)
+def fit_hull(link: str, joint: int, vertices: Points) -> Hull:
+    """Fit a hull: add the vertex that is farthest from the hull so far, until it is near enough.
+
+    Args:
+        link: the link's name.
+        joint: number of joints that move it.
+        vertices: vertices of its meshes in the frame of that joint (n, 3), m.
+
+    Returns:
+        The hull; it holds all vertices.
+    """
     vertices = vertices[ConvexHull(vertices).vertices]
     middle = vertices.mean(axis=0)
     corners = vertices[[int(np.linalg.norm(vertices - middle, axis=1).argmax())]]
@@ -109,40 +119,49 @@ def _fit(link: str) -> Hull:
         if away.max() <= _MAX_RADIUS - 1e-4:
             radius = float(np.ceil(away.max() * 1e4) / 1e4)
             rounded = [tuple(float(x) for x in corner) for corner in corners.round(4)]
-            return Hull(link, LINKS[link][0], tuple((x, y, z) for x, y, z in rounded), radius)
+            return Hull(link, joint, tuple((x, y, z) for x, y, z in rounded), radius)
         corners = np.vstack((corners, vertices[away.argmax()]))
 
 
-def _meet(body: RobotBody, pair: HullPair) -> bool:
+def _meet(body: RobotBody, pair: HullPair, lowest: Points, highest: Points) -> bool:
     """Return False if the two links are shown to be apart inside the limits of the joints between them."""
-    between = range(pair.inner.joint, pair.outer.joint)
-    middle, width = (Q_MIN + Q_MAX) / 2.0, (Q_MAX - Q_MIN) / 2.0
+    joints, between = len(lowest), range(pair.inner.joint, pair.outer.joint)
+    middle, width = (lowest + highest) / 2.0, (highest - lowest) / 2.0
     boxes = [(middle, np.array([w if joint in between else 0.0 for joint, w in enumerate(width)]))]
     for _ in range(_MAX_BOXES):
         if not boxes:
             return False
         middle, width = boxes.pop()
-        gap = PostureRange(body, middle.tolist(), [0.0] * 7, width.tolist()).find_gap(pair, _EXEMPT_DISTANCE)
+        posture = PostureRange(body, middle.tolist(), [0.0] * joints, width.tolist())
+        gap = posture.find_gap(pair, _EXEMPT_DISTANCE)
         if gap is None:
             continue
         if gap < _EXEMPT_DISTANCE:
             return True
-        step = np.where(np.arange(7) == width.argmax(), width / 2.0, 0.0)
+        step = np.where(np.arange(joints) == width.argmax(), width / 2.0, 0.0)
         boxes += [(middle - step, width - step), (middle + step, width - step)]
     return True
 
 
-def main() -> None:
-    """Fit all hulls, find the exempt pairs and write both."""
-    hulls = tuple(_fit(link) for link in LINKS)
-    body = RobotBody(tuple(zip(DH_LENGTHS, DH_TWISTS, DH_OFFSETS, strict=True)), (0.0,) * 3, (), hulls)
-    joined = {(a, b) for a, b in combinations([*LINKS][:8], 2) if LINKS[b][0] == LINKS[a][0] + 1}
+def write_hulls(output: Path, rows: Rows, hulls: tuple[Hull, ...], lowest: Points, highest: Points) -> None:
+    """Find the exempt pairs, and write them with the hulls.
+
+    Args:
+        output: the file.
+        rows: modified Denavit-Hartenberg parameters of the chain.
+        hulls: of the links: `foot`, those of the arm from the base outwards, then the others.
+        lowest: lowest joint positions (joints,), rad.
+        highest: highest joint positions (joints,), rad.
+    """
+    body = RobotBody(rows, (0.0,) * 3, (), hulls)
+    chain = hulls[: len(rows) + 1]
+    joined = {(a.link, b.link) for a, b in combinations(chain, 2) if b.joint == a.joint + 1}
     exempt = []
     for pair in hull_pairs(body):
         names = (pair.inner.link, pair.outer.link)
         if names in joined:
             exempt.append({"links": names, "reason": "joined"})
-        elif not _meet(body, pair):
+        elif not _meet(body, pair, lowest, highest):
             exempt.append({"links": names, "reason": "never meet"})
     listed = [
         {"link": hull.link, "joint": hull.joint, "radius": hull.radius, "corners": hull.corners}
@@ -152,8 +171,15 @@ def main() -> None:
         print(f"{hull.link:8} {len(hull.corners):3} corners, radius {1000 * hull.radius:.1f} mm")
     lines = ",\n  ".join(json.dumps(one) for one in listed)
     pairs = ",\n  ".join(json.dumps(one) for one in exempt)
-    _OUTPUT.write_text(f'{{"hulls": [\n  {lines}\n], "exempt_pairs": [\n  {pairs}\n]}}\n')
-    print(f"{len(exempt)} exempt pairs; wrote {_OUTPUT}")
+    output.write_text(f'{{"hulls": [\n  {lines}\n], "exempt_pairs": [\n  {pairs}\n]}}\n')
+    print(f"{len(exempt)} exempt pairs; wrote {output}")
+
+
+def main() -> None:
+    """Fit all hulls, find the exempt pairs and write both."""
+    panda = reference_robot()
+    hulls = tuple(fit_hull(link, LINKS[link][0], mesh_vertices(link)) for link in LINKS)
+    write_hulls(_OUTPUT, panda.body.dh_rows, hulls, panda.limits.lowest, panda.limits.highest)
 
 
 if __name__ == "__main__":

@@ -97,10 +97,11 @@ def physics_plants(
     try:
         from aeros.sim.faults.injector import FaultInjector
         from aeros.sim.physics import make_plant
+        from aeros.sim.robot.robot_file import robot_of
     except ImportError as error:
         raise missing_physics_error(error) from error
     happening = _faults(faults, process, configuration, scene)
-    errors = sensor_setup(configuration)
+    errors, robot = sensor_setup(configuration), robot_of(configuration.site)
 
     @contextmanager
     def opened(seed: int) -> Iterator[OpenPlant]:
@@ -115,6 +116,7 @@ def physics_plants(
             scene,
             seed,
             errors.survey,
+            robot,
             sensors=errors.models,
             odometry=errors.odometry,
             disturbance=injector,

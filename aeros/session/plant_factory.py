@@ -17,6 +17,7 @@ from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.ecm import Task
 from aeros.spec.model.scene import Scene
+from aeros.spec.model.site import Site
 
 if TYPE_CHECKING:
     from aeros.sim.engine.people import Person
@@ -149,7 +150,7 @@ def load_run_scene(
     if plant not in PLANTS:
         return scene
     if len(scene.parts) > 1:
-        _build(plant, scene, seed, sensor_setup(configuration, ideal=True)).close()
+        _build(plant, configuration.site, scene, seed, sensor_setup(configuration, ideal=True)).close()
     return scene
 
 
@@ -252,7 +253,7 @@ def open_plant(
     elif scene is None:
         plant = _build_symbolic(configuration, task, seed)
     else:
-        plant = _build(name, scene, seed, errors, spectators, people, faults, on_fault)
+        plant = _build(name, configuration.site, scene, seed, errors, spectators, people, faults, on_fault)
     try:
         yield plant
     finally:
@@ -281,7 +282,9 @@ def open_scene(
         PlantSetupError: The extra is missing.
         UserError: The scene cannot be built.
     """
-    return closing(_build(name, scene, seed, sensor_setup(configuration, ideal=ideal_sensors)))
+    return closing(
+        _build(name, configuration.site, scene, seed, sensor_setup(configuration, ideal=ideal_sensors))
+    )
 
 
 def connect_plant(path: Path) -> RemotePlant:
@@ -332,6 +335,7 @@ def _build_symbolic(configuration: Configuration, task: Task, seed: int) -> Plan
 
 def _build(
     name: str,
+    site: Site,
     scene: Scene,
     seed: int,
     errors: SensorSetup,
@@ -341,23 +345,25 @@ def _build(
     on_fault: Callable[[FaultEvent], None] | None = None,
 ) -> Plant:
     if name in PHYSICS_PLANTS:
-        return _build_physics(name, scene, seed, errors, spectators, people, faults, on_fault)
-    return _build_kinematic(scene, seed, errors)
+        return _build_physics(name, site, scene, seed, errors, spectators, people, faults, on_fault)
+    return _build_kinematic(site, scene, seed, errors)
 
 
-def _build_kinematic(scene: Scene, seed: int, errors: SensorSetup) -> Plant:
+def _build_kinematic(site: Site, scene: Scene, seed: int, errors: SensorSetup) -> Plant:
     try:
         from aeros.sim.kinematic.plant import make_plant
+        from aeros.sim.robot.robot_file import robot_of
     except ImportError as error:
         raise PlantSetupError(
             f"the kinematic plant needs `pip install 'aeros[kinematic]'` ({error.name} is missing); "
             "or use `--plant symbolic`"
         ) from error
-    return make_plant(scene, seed, errors.survey, errors.scanners)
+    return make_plant(scene, seed, errors.survey, errors.scanners, robot_of(site))
 
 
 def _build_physics(
     name: str,
+    site: Site,
     scene: Scene,
     seed: int,
     errors: SensorSetup,
@@ -369,6 +375,7 @@ def _build_physics(
     with _physics_import_errors(name):
         from aeros.sim.faults.injector import FaultInjector
         from aeros.sim.physics import make_bullet_engine, make_mujoco_engine, make_plant
+        from aeros.sim.robot.robot_file import robot_of
 
         engine = (make_mujoco_engine if name == "mujoco" else make_bullet_engine)()
 
@@ -377,6 +384,7 @@ def _build_physics(
         scene,
         seed,
         errors.survey,
+        robot_of(site),
         engine=engine,
         sensors=errors.models,
         odometry=errors.odometry,

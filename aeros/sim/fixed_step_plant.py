@@ -382,7 +382,7 @@ def _robot_values(robot: Robot, state: RobotState, torque_rates: tuple[float, ..
         "joint_torque_rate": torque_rates,
         "tool_position": state.tool_position,
         "tool_speed": state.tool_speed,
-        "link_speed": braking_link_speed(state.q, state.qd, state.base_velocity),
+        "link_speed": braking_link_speed(robot.model, state.q, state.qd, state.base_velocity),
         "tracking_error": robot.tracking_distance(state),
         "contact_force": robot.contact_force(),
         "finger_gap": state.finger_gap,

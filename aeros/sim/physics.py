@@ -1,4 +1,4 @@
-"""The physics plant: executes allowed actions on a Panda in a physics engine at 240 ticks a second.
+"""The physics plant: executes allowed actions on a robot in a physics engine at 240 ticks a second.
 
 It implements `aeros.runtime.ports.Plant` and decides nothing. It refuses what it cannot do before any
 motion, and stops within the tick in which the monitor names a rule.
@@ -24,6 +24,7 @@ from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.layouts.survey import NO_SURVEY_ERRORS
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.odometry import WheelOdometry
 from aeros.sim.scanners.area_sensor import AreaSensor
 from aeros.sim.scanners.person_distance import RobotPosture
@@ -152,7 +153,7 @@ class PlantOptions(TypedDict, total=False):
 
 
 class PhysicsPlant(FixedStepPlant):
-    """A scene simulated with physics, with a Panda, sensors, people and faults.
+    """A scene simulated with physics, with a robot, sensors, people and faults.
 
     The clock starts at 0 after the scene has settled.
 
@@ -188,7 +189,7 @@ class PhysicsPlant(FixedStepPlant):
         self._people = People(self._engine, robot.body, people, RandomSource(seed), floor)
         self._area_sensor = None if scanners is None else self._set_up(scanners, robot, RandomSource(seed))
         self._disturbance = options.get("disturbance") or NoDisturbance()
-        self._panda = robot
+        self._simulated = robot
         devices = None if self._area_sensor is None else self._area_sensor.devices
         self._disturbance.attach(
             PlantParts(self._engine, self._world, robot, scene, self.sensors, self._people, devices)
@@ -238,7 +239,7 @@ class PhysicsPlant(FixedStepPlant):
 
     def _set_up(self, scanners: AreaScanners, robot: PhysicalRobot, chance: RandomSource) -> AreaSensor:
         cell = PhysicsCell(self._engine, robot, self._people, scanners.floor + scanners.height)
-        return AreaSensor(scanners, cell, chance, carriage=self._scene.robot.carriage)
+        return AreaSensor(scanners, cell, chance, robot.model, carriage=robot.has_carriage)
 
     def _look(self, camera: str) -> PictureSource:
         picture = self._disturbance.disturb_picture(self._picture(camera))
@@ -285,10 +286,10 @@ class PhysicsPlant(FixedStepPlant):
         is_slow_sampled = self.sensors.needs_sampling(self._slow_quantities)
         self.sensors.sample(self._ground_truth() if is_slow_sampled else self._truth)
         if self._referee is not None:
-            base, tool = self._panda.true_points()
+            base, tool = self._simulated.true_points()
             true = {
                 **self._truth.values,
-                "contact_force": self._panda.net_contact_force(),
+                "contact_force": self._simulated.net_contact_force(),
                 "base_position": base,
                 "tool_position": tool,
                 "human_distance": self._true_distance(),
@@ -355,7 +356,11 @@ def make_mujoco_engine() -> Engine:
 
 
 def make_plant(
-    scene: Scene, seed: int, survey: SurveyErrors = NO_SURVEY_ERRORS, **options: Unpack[PlantOptions]
+    scene: Scene,
+    seed: int,
+    survey: SurveyErrors = NO_SURVEY_ERRORS,
+    robot: RobotModel | None = None,
+    **options: Unpack[PlantOptions],
 ) -> PhysicsPlant:
     """Make a physics plant of a scene.
 
@@ -365,6 +370,7 @@ def make_plant(
         scene: the scene.
         seed: of layout, sensor errors and people.
         survey: errors of surveyed places.
+        robot: the robot; None for that of the reference site.
         **options: see `PlantOptions`.
 
     Returns:
@@ -373,4 +379,4 @@ def make_plant(
     Raises:
         UserError: the scene has no robot, a model cannot be loaded, or two bodies overlap.
     """
-    return PhysicsPlant(PhysicsScene(scene, survey), seed, **options)
+    return PhysicsPlant(PhysicsScene(scene, survey, robot), seed, **options)

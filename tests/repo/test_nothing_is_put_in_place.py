@@ -21,10 +21,10 @@ STATE = ("mocap_pos", "mocap_quat", "qpos", "qvel")
 """Arrays of MuJoCo that hold places and speeds."""
 
 ALLOWED = {
-    ("sim/bullet/panda.py", "_assemble"),  # before the clock starts
+    ("sim/bullet/robot.py", "_assemble"),  # before the clock starts
     ("sim/bullet/engine.py", "move"),  # people walk by themselves, and the robot does not move them
     ("sim/mujoco/model.py", "_place_moved"),  # people likewise
-    ("sim/mujoco/panda.py", "_place_joints"),  # before the clock starts
+    ("sim/mujoco/robot.py", "_place_joints"),  # before the clock starts
     ("sim/bullet/mirror.py", "place"),  # the window's own world, of which nothing is measured
 }
 

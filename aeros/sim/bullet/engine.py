@@ -10,7 +10,7 @@ from aeros.sim.bullet.bodies import add_body
 from aeros.sim.bullet.carrier import Carrier, is_occupied
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.cut_bodies import CutBodies
-from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.robot import BulletRobot
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.engine.engine import PlacedBody
 from aeros.sim.engine.world import PERSON_COLOUR, Rgba
@@ -39,9 +39,9 @@ class BulletEngine:
     def __init__(self, world: PhysicsWorld | None = None) -> None:
         self.world = PhysicsWorld() if world is None else world
 
-    def add_robot(self, options: RobotOptions, odometry: WheelOdometry) -> Panda:
+    def add_robot(self, options: RobotOptions, odometry: WheelOdometry) -> BulletRobot:
         """Implement `Engine.add_robot`."""
-        return Panda(self.world, options, odometry)
+        return BulletRobot(self.world, options, odometry)
 
     def add_body(self, body: SceneBody, pose: Pose) -> PlacedBody:
         """Implement `Engine.add_body`."""

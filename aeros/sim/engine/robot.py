@@ -1,4 +1,4 @@
-"""A Panda in a physics engine, as far as it is the same on each: commands, odometry and wearing parts."""
+"""A robot in a physics engine, as far as it is the same on each: commands, odometry and wearing parts."""
 
 from __future__ import annotations
 
@@ -10,13 +10,20 @@ import numpy as np
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import Vector3
 from aeros.sim.randomness import RandomSource
-from aeros.sim.robot.limits import FINGER_GAP_MAX, TAU_MAX, Vector
+from aeros.sim.robot.limits import Vector
 from aeros.sim.robot.odometry import WheelOdometry
 from aeros.sim.robot.robot import Robot, RobotOptions
 
+CARRIAGE_FORCE: Final = 600.0
+"""Greatest drive force of the carriage, N: a 60 kg base at 3 m/s² plus the arm's reaction."""
+
+CARRIAGE_CORRECTION: Final = 60.0
+"""Greatest force by which the carriage's position controller corrects the modelled force, N, on each axis.
+It bounds the push on an obstacle, below `collision_force` and every quasi-static limit."""
+
 
 class PhysicalRobot(Robot):
-    """A Panda whose motors move it by forces.
+    """A robot whose motors move it by forces.
 
     Its own sensors, and so its set points, count from where wheel odometry takes the base to be.
 
@@ -30,7 +37,7 @@ class PhysicalRobot(Robot):
         fingers: numbers of the finger links.
         grip_command: commanded gap, m, and force on each finger, N.
         finger_friction: Coulomb coefficient of undegraded finger pads.
-        torque_limits: greatest torque of each arm motor (7), N·m; a fault may lower it.
+        torque_limits: greatest torque of each arm motor, N·m; a fault may lower it.
     """
 
     body: int
@@ -39,11 +46,11 @@ class PhysicalRobot(Robot):
     def __init__(self, options: RobotOptions, odometry: WheelOdometry | None = None) -> None:
         super().__init__(options)
         self.odometry = odometry or WheelOdometry(RandomSource(0))
-        self.torque_limits: list[float] = TAU_MAX.tolist()
+        self.torque_limits: list[float] = self.model.limits.torque.tolist()
         x, y, z = self._base_start.tolist()
         self._stand: Vector3 = (x, y, z)
         self._driven: tuple[float, float] = (0.0, 0.0)
-        self.grip_command = (FINGER_GAP_MAX, 10.0)
+        self.grip_command = (self.model.hand.widest_gap, 10.0)
         self.finger_friction = options.finger_friction
 
     # Motors.
@@ -83,11 +90,11 @@ class PhysicalRobot(Robot):
         """Set the arm motors for the next tick without changing the commanded set points.
 
         Args:
-            q: joint positions (7,), rad.
-            qd: joint speeds (7,), rad/s.
+            q: joint positions, rad.
+            qd: joint speeds, rad/s.
             strength: share of the motors' torque limits, in [0, 1].
         """
-        self._set_arm_points(q, qd, _NO_ACCELERATION, strength)
+        self._set_arm_points(q, qd, np.zeros(self.model.joint_count), strength)
 
     def command_base(self, xy: Vector, speed: Vector) -> None:
         """Implement `Robot.command_base`."""
@@ -133,6 +140,3 @@ class PhysicalRobot(Robot):
         Returns:
             The magnitude, N.
         """
-
-
-_NO_ACCELERATION: Final = np.zeros(7)

@@ -19,6 +19,7 @@ from aeros.sim.kinematic.scenes.scene import KinematicScene
 from aeros.sim.layouts.survey import NO_SURVEY_ERRORS
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.self_contact import find_self_contact
 from aeros.sim.scanners.area_sensor import AreaSensor
 from aeros.sim.scanners.person_distance import RobotPosture
@@ -51,7 +52,9 @@ class KinematicPlant(FixedStepPlant):
         if scanners is not None:
             cell = KinematicCell(scene, self._arm, scanners.floor + scanners.height)
             chance = RandomSource(seed)
-            self._area_sensor = AreaSensor(scanners, cell, chance, carriage=scene.robot.carriage)
+            self._area_sensor = AreaSensor(
+                scanners, cell, chance, self._arm.model, carriage=scene.robot.carriage
+            )
             self._area_sensor.start(self._posture())
 
     def now(self) -> float:
@@ -111,7 +114,7 @@ class KinematicPlant(FixedStepPlant):
         if self._load > BLOCKING_FORCE and self._load > before:
             raise BlockedError(f"blocked: the hand presses down with {self._load:.0f} N")
         if self._ticks % _SELF_CONTACT_TICKS == 0 and self._state.q != self._free_posture:
-            contact = find_self_contact(self._state.q)
+            contact = find_self_contact(self._arm.model, self._state.q)
             if contact is not None:
                 raise BlockedError(f"blocked: `{contact[1]}` meets `{contact[0]}`")
             self._free_posture = self._state.q
@@ -122,6 +125,7 @@ def make_plant(
     seed: int,
     survey: SurveyErrors = NO_SURVEY_ERRORS,
     scanners: AreaScanners | None = None,
+    robot: RobotModel | None = None,
 ) -> KinematicPlant:
     """Make a kinematic plant of a scene.
 
@@ -132,6 +136,7 @@ def make_plant(
         seed: of the layout, which is that of the physics plant with this seed, and of the survey.
         survey: errors of surveyed places.
         scanners: scanners that measure how far people are; without any, nobody is ever there.
+        robot: the robot; None for that of the reference site.
 
     Returns:
         The plant, its clock at 0.
@@ -139,4 +144,4 @@ def make_plant(
     Raises:
         UserError: the scene has no robot.
     """
-    return KinematicPlant(DeclaredScene(scene, survey), seed, scanners)
+    return KinematicPlant(DeclaredScene(scene, survey, robot), seed, scanners)

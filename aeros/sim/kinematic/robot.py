@@ -1,4 +1,4 @@
-"""A Panda whose joints are exactly at their set points."""
+"""An arm whose joints are exactly at their set points."""
 
 from __future__ import annotations
 
@@ -11,14 +11,11 @@ from aeros.sim.clock import TICK
 from aeros.sim.geometry import Pose, Vector3, add, yaw_orientation
 from aeros.sim.kinematic.objects import ObjectSet
 from aeros.sim.kinematic.tool_kinematics import tool_kinematics
-from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, Vector
+from aeros.sim.robot.limits import Vector
 from aeros.sim.robot.robot import Robot, RobotOptions, RobotState
 
 BLOCKING_FORCE: Final = 100.0
 """Force on what is under hand or load above which the arm no longer follows its set points, N."""
-
-_MAX_GAP_STEP: Final = 2.0 * FINGER_SPEED * TICK
-"""Greatest change of the gap between the fingers per tick, m."""
 
 
 class KinematicRobot(Robot):
@@ -35,10 +32,12 @@ class KinematicRobot(Robot):
     def __init__(self, options: RobotOptions, objects: ObjectSet) -> None:
         super().__init__(options)
         self._things = objects
-        self._gap = self._width = FINGER_GAP_MAX
+        self._gap = self._width = self.model.hand.widest_gap
+        # Greatest change of the gap between the fingers per tick, m.
+        self._gap_step = 2.0 * self.model.hand.finger_speed * TICK
         self._force = 0.0
         self._finger_speed = 0.0
-        self._posture = tool_kinematics(self.q_command.tolist())
+        self._posture = tool_kinematics(self.model, self.q_command.tolist())
         self._state = self._sense()
 
     def command(self, q: Vector, qd: Vector) -> None:
@@ -58,7 +57,8 @@ class KinematicRobot(Robot):
 
         What the hand presses on does not yield.
         """
-        return self.q_command, np.zeros(7) if self._things.load > BLOCKING_FORCE else self.qd_command
+        rest = np.zeros(self.model.joint_count)
+        return self.q_command, rest if self._things.load > BLOCKING_FORCE else self.qd_command
 
     def followed_base_set_points(self) -> tuple[Vector, Vector]:
         """Implement `Robot.followed_base_set_points`: nothing hinders the carriage."""
@@ -66,7 +66,7 @@ class KinematicRobot(Robot):
 
     def tick(self) -> None:
         """Move arm and base to their set points, the fingers by one tick, and held objects along."""
-        self._posture = tool_kinematics(self.q_command.tolist())
+        self._posture = tool_kinematics(self.model, self.q_command.tolist())
         tool = self._tool_pose()
         self._move_fingers(tool)
         self._things.tick(tool, self._gap)
@@ -93,9 +93,9 @@ class KinematicRobot(Robot):
         before = self._gap
         if self._width > self._gap:
             self._things.release()
-            self._gap = min(self._width, self._gap + _MAX_GAP_STEP)
+            self._gap = min(self._width, self._gap + self._gap_step)
         elif not self._things.is_holding:
-            self._gap = max(self._width, self._gap - _MAX_GAP_STEP)
+            self._gap = max(self._width, self._gap - self._gap_step)
             width = self._things.width_between(tool)
             if width is not None and self._gap <= width <= before:
                 self._gap = width

@@ -1,4 +1,4 @@
-"""Tool kinematics of the Panda for one posture in plain numbers; `robot.kinematics` does it for many.
+"""Tool kinematics of an arm for one posture in plain numbers; `robot.kinematics` does it for many.
 
 For a single posture, NumPy's call overhead is ten times the computation.
 """
@@ -6,14 +6,12 @@ For a single posture, NumPy's call overhead is ten times the computation.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import atan2, cos, pi, sin
-from typing import Final, NamedTuple
+from math import atan2, cos, sin
+from typing import NamedTuple
 
-from aeros.kinematic_chain import Triple, frames_of, mounting_of
+from aeros.kinematic_chain import Triple, frames_of
 from aeros.sim.geometry import cross, subtract
-from aeros.sim.robot.body import PANDA_BODY
-
-_MOUNTINGS: Final = tuple(mounting_of(row) for row in PANDA_BODY.dh_rows)
+from aeros.sim.robot.model import RobotModel
 
 
 class ToolKinematics(NamedTuple):
@@ -30,20 +28,20 @@ class ToolKinematics(NamedTuple):
     jacobian: tuple[Triple, ...]
 
 
-def tool_kinematics(q: Sequence[float]) -> ToolKinematics:
+def tool_kinematics(arm: RobotModel, q: Sequence[float]) -> ToolKinematics:
     """Compute the tool's position, its yaw, and the derivatives of the position by the joints.
 
     Args:
-        q: joint positions (7), rad.
+        arm: the robot.
+        q: joint positions, rad.
 
     Returns:
         Pose and Jacobian in B.
     """
-    frames = frames_of(_MOUNTINGS, q)
+    frames = frames_of(arm.mountings, q)
     _, x, y, _ = frames[-1]
-    tool = frames[-1].to_base(PANDA_BODY.tool_offset)
-    # The hand is mounted turned by -45° about the flange's axis.
-    c, s = cos(-pi / 4), sin(-pi / 4)
+    tool = frames[-1].to_base(arm.body.tool_offset)
+    c, s = cos(arm.hand.turn), sin(arm.hand.turn)
     yaw = atan2(c * x[1] + s * y[1], c * x[0] + s * y[0])
     return ToolKinematics(
         tool, yaw, tuple(cross(z, subtract(tool, origin)) for origin, _, _, z in frames[1:])

@@ -3,9 +3,9 @@
 Of arm and carriage each motor gives a modelled effort, M(q)·q̈ + c(q, q̇) + friction, of the measured posture
 and the commanded acceleration, and a servo corrects it within bounds: joints that an obstacle holds back are
 not pushed on by the model. External torques are found as on PyBullet, r ← r + α·(τ_ext − r), τ_ext =
-M(q)·q̈ + c(q, q̇) − τ, α = 1 − exp(−K·T); τ is the torque on the link's side of a joint, where a Panda
-measures it: its motor's without friction. Source: S. Haddadin, A. De Luca, A. Albu-Schäffer, Robot
-Collisions, IEEE Transactions on Robotics 33 (2017), section IV.
+M(q)·q̈ + c(q, q̇) − τ, α = 1 − exp(−K·T); τ is the torque on the link's side of a joint, where
+torque sensors measure it: its motor's without friction. Source: S. Haddadin, A. De Luca, A. Albu-Schäffer,
+Robot Collisions, IEEE Transactions on Robotics 33 (2017), section IV.
 """
 
 from __future__ import annotations
@@ -17,24 +17,13 @@ from typing import Final
 import numpy as np
 
 from aeros.sim.clock import TICK
+from aeros.sim.engine.robot import CARRIAGE_CORRECTION, CARRIAGE_FORCE
 from aeros.sim.mujoco.client import mujoco
 from aeros.sim.mujoco.model import SUBSTEPS
 from aeros.sim.mujoco.world import MujocoWorld
 from aeros.sim.pictures.solids import Array
-from aeros.sim.robot.limits import FINGER_SPEED, Vector
-
-CORRECTION_TORQUE: Final = (20.0, 20.0, 20.0, 20.0, 6.0, 6.0, 6.0)
-"""Greatest torque by which a joint's servo corrects the modelled torque, N·m: as on PyBullet."""
-
-BASE_CORRECTION: Final = 60.0
-"""Greatest force by which the carriage's servo corrects the modelled force, N, on an axis: as on PyBullet."""
-
-_BASE_FORCE_MAX: Final = 600.0
-"""Greatest drive force of the carriage, N: a 60 kg base at 3 m/s² plus the arm's reaction."""
-
-_STIFFNESS: Final = (4500.0, 4500.0, 3500.0, 3500.0, 2000.0, 2000.0, 2000.0)
-_DAMPING: Final = (450.0, 450.0, 350.0, 350.0, 200.0, 200.0, 200.0)
-"""Gains of the arm's servos, N·m/rad and N·m·s/rad: those of the Panda in MuJoCo Menagerie (`panda_plan`)."""
+from aeros.sim.robot.limits import Vector
+from aeros.sim.robot.model import RobotModel
 
 _BASE_STIFFNESS: Final = 40000.0
 _BASE_DAMPING: Final = 4000.0
@@ -54,6 +43,7 @@ class MujocoDrives:
     Args:
         world: the world.
         body: number of the robot.
+        model: the robot as data.
         joints: numbers of the joints of carriage and arm, in the order of the model.
         fingers: numbers of the joints of the fingers, which come next.
         limits: greatest torque of each motor of the arm, N·m; read at each tick.
@@ -69,26 +59,31 @@ class MujocoDrives:
         self,
         world: MujocoWorld,
         body: int,
+        model: RobotModel,
         joints: Sequence[int],
         fingers: Sequence[int],
         limits: Sequence[float],
     ) -> None:
         self._world = world
         self._limits = limits
-        drives = len(joints) - len(_STIFFNESS)
+        drives = len(joints) - model.joint_count
         self._arm = slice(drives, len(joints))
         self._base = slice(0, drives)
         self._moved = slice(0, len(joints))
         self._count = len(joints) + len(fingers)
         count = self._count
-        self._stiffness = np.array([_BASE_STIFFNESS] * drives + list(_STIFFNESS) + [_FINGER_STIFFNESS] * 2)
-        self._damping = np.array([_BASE_DAMPING] * drives + list(_DAMPING) + [_FINGER_DAMPING] * 2)
+        servos = model.servos
+        self._finger_step = model.hand.finger_speed * TICK
+        self._stiffness = np.array(
+            [_BASE_STIFFNESS] * drives + list(servos.stiffness) + [_FINGER_STIFFNESS] * 2
+        )
+        self._damping = np.array([_BASE_DAMPING] * drives + list(servos.damping) + [_FINGER_DAMPING] * 2)
         for joint, stiffness, damping in zip(
             (*joints, *fingers), self._stiffness.tolist(), self._damping.tolist(), strict=True
         ):
             world.bodies.add_servo(body, joint, stiffness, damping)
-        self._most = np.array([_BASE_FORCE_MAX] * drives + list(limits))
-        self._correction = np.array([BASE_CORRECTION] * drives + list(CORRECTION_TORQUE))
+        self._most = np.array([CARRIAGE_FORCE] * drives + list(limits))
+        self._correction = np.array([CARRIAGE_CORRECTION] * drives + list(servos.correction))
         self._strength = 1.0
         # Set points at the end of the tick, and speeds at its beginning.
         self._points, self._speeds, self._accelerations = np.zeros(count), np.zeros(count), np.zeros(count)
@@ -116,9 +111,9 @@ class MujocoDrives:
         """Take set points of the arm for the next tick.
 
         Args:
-            q: joint positions (7,), rad.
-            qd: joint speeds (7,), rad/s.
-            acceleration: joint accelerations (7,), rad/s²; for the next tick alone.
+            q: joint positions, rad.
+            qd: joint speeds, rad/s.
+            acceleration: joint accelerations, rad/s²; for the next tick alone.
             strength: share of the motors' torque limits, in [0, 1].
         """
         self._points[self._arm], self._speeds[self._arm] = q, qd
@@ -169,7 +164,7 @@ class MujocoDrives:
         data.qfrc_applied[moved] = self._modelled
         model.actuator_forcerange[moved, 0], model.actuator_forcerange[moved, 1] = -greatest, greatest
         model.actuator_forcerange[count - 2 : count] = (-self._force, self._force)
-        goal, step = self._gap_goal / 2.0, FINGER_SPEED * TICK
+        goal, step = self._gap_goal / 2.0, self._finger_step
         before, self._gap = self._gap, min(self._gap + step, max(self._gap - step, goal))
         self._points[-2:], self._speeds[-2:] = self._gap, (self._gap - before) / TICK
         self._given[:], self._friction[:] = 0.0, 0.0

@@ -11,7 +11,6 @@ from aeros.sim.engine.world import Rgba
 from aeros.sim.geometry import UPRIGHT, Pose, Vector3
 from aeros.sim.mujoco.carrier import MujocoCarrier
 from aeros.sim.mujoco.cut_bodies import MujocoCutPlane, bounds_of
-from aeros.sim.mujoco.panda import MujocoPanda
 from aeros.sim.mujoco.pictures import person_solids
 from aeros.sim.mujoco.plans import (
     AT_ORIGIN,
@@ -22,6 +21,7 @@ from aeros.sim.mujoco.plans import (
     names_of_joints,
     names_of_links,
 )
+from aeros.sim.mujoco.robot import MujocoRobot
 from aeros.sim.mujoco.scene_plans import plan_body
 from aeros.sim.mujoco.world import MujocoWorld
 from aeros.sim.pictures.solids import box
@@ -42,9 +42,9 @@ class MujocoEngine:
     def __init__(self) -> None:
         self.world = MujocoWorld()
 
-    def add_robot(self, options: RobotOptions, odometry: WheelOdometry) -> MujocoPanda:
+    def add_robot(self, options: RobotOptions, odometry: WheelOdometry) -> MujocoRobot:
         """Implement `Engine.add_robot`."""
-        return MujocoPanda(self.world, options, odometry)
+        return MujocoRobot(self.world, options, odometry)
 
     def add_body(self, body: SceneBody, pose: Pose) -> PlacedBody:
         """Implement `Engine.add_body`."""

@@ -9,13 +9,13 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from aeros.kinematic_chain import frames_of, mounting_of
+from aeros.kinematic_chain import frames_of
 from aeros.sim.geometry import UPRIGHT, Pose, Vector3, add, compose
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.pictures.ray_caster import Decal, PlacedSolid, place
 from aeros.sim.pictures.solids import Solid, hull, solids_of_shape
 from aeros.sim.pictures.urdf_model import UrdfVisuals
-from aeros.sim.robot.body import PANDA_BODY
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import CARRIAGE_EDGES
 from aeros.spec.model.scene import BodyPart, Box, Scene, UrdfModel
 
@@ -117,18 +117,19 @@ def decals_of(coatings: Mapping[str, CoatingMap]) -> tuple[Decal, ...]:
     return tuple(Decal(one.coating.low, one.coating.high, 0.0, one.picture()) for one in coatings.values())
 
 
-def robot_solids(joints: Sequence[float], base: Vector3) -> Iterator[PlacedSolid]:
+def robot_solids(arm: RobotModel, joints: Sequence[float], base: Vector3) -> Iterator[PlacedSolid]:
     """Yield the links of the robot.
 
     Args:
-        joints: joint positions (7), rad.
+        arm: the robot.
+        joints: joint positions, rad.
         base: position of the arm's base in W, m; its axes are those of W.
 
     Yields:
         The hulls of its links.
     """
-    frames = frames_of(_MOUNTINGS, joints)
-    for joint, solid in _hulls():
+    frames = frames_of(arm.mountings, joints)
+    for joint, solid in _hulls(arm):
         frame = frames[joint]
         middle = add(base, frame.to_base(solid.place.position))
         yield PlacedSolid(solid, middle, np.array((frame.x, frame.y, frame.z)).T)
@@ -147,9 +148,6 @@ def carriage_solid(base: Vector3) -> PlacedSolid:
     return place(box, Pose(add(base, (0.0, 0.0, -CARRIAGE_EDGES[2] / 2.0)), UPRIGHT))
 
 
-_MOUNTINGS: Final = tuple(mounting_of(row) for row in PANDA_BODY.dh_rows)
-
-
 @cache
-def _hulls() -> tuple[tuple[int, Solid], ...]:
-    return tuple((one.joint, hull(one.corners, _ROBOT_COLOUR)) for one in PANDA_BODY.hulls)
+def _hulls(arm: RobotModel) -> tuple[tuple[int, Solid], ...]:
+    return tuple((one.joint, hull(one.corners, _ROBOT_COLOUR)) for one in arm.body.hulls)

@@ -1,9 +1,9 @@
-"""Estimate the force of a contact from the external torques of the joints, as a Panda does.
+"""Estimate the force of a contact from the external torques of the joints, as arms with torque sensors do.
 
 A force f (N) at a point of a link gives each joint below it the torque τ_i = (z_i × (p − o_i)) · f, with the
 joint's axis z_i and origin o_i; joints beyond the link feel nothing of it. So
 
-- a contact on hand or fingers is a wrench at the tool point (3 forces, 3 moments), found from all seven
+- a contact on hand or fingers is a wrench at the tool point (3 forces, 3 moments), found from all
   torques by damped least squares, w = (J·Jᵀ + λ²)⁻¹·J·τ, wherever on the hand it is;
 - a contact elsewhere is on a link from the last joint with a torque outwards. Where on it is not known: the
   force is found for the outer end of each such link's capsule, and the greatest counts.
@@ -16,14 +16,15 @@ Not seen: forces whose line passes through every axis, as along a stretched arm.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from math import hypot
 from typing import Final
 
 import numpy as np
 
-from aeros.kinematic_chain import JointFrame, Triple, frames_of, mounting_of
+from aeros.kinematic_chain import JointFrame, Triple, frames_of
 from aeros.sim.geometry import cross, subtract
-from aeros.sim.robot.body import CAPSULES, PANDA_BODY
+from aeros.sim.robot.model import RobotModel
 
 DAMPING: Final = 0.03
 """λ of the least squares, m: a torque error of 1 N·m gives at most 1/(2·λ) = 17 N; chosen."""
@@ -35,30 +36,19 @@ that fingers that push sideways with 18 N are not taken for an elbow that is hit
 _LEVER_LENGTH: Final = 0.1
 """Lever by which moments at the tool point are compared with forces, m: half of the hand."""
 
-TORQUE_THRESHOLDS: Final = (1.5, 1.5, 1.5, 1.5, 0.4, 0.4, 0.4)
-"""External torque below which a joint is not known to feel the contact, N·m: above noise and model error."""
-
 LEAST_TORQUE: Final = 0.3
 """Norm of all external torques below which nothing is felt, N·m: free motion has up to 0.1, as measured."""
-
-_MOUNTINGS: Final = tuple(mounting_of(row) for row in PANDA_BODY.dh_rows)
-
-_OUTER_ENDS: Final[dict[int, Triple]] = {
-    capsule.joint: max(capsule.a, capsule.b, key=lambda end: hypot(*end))
-    for capsule in CAPSULES
-    if 2 <= capsule.joint <= 6
-}
-"""End of each link's capsule that is farthest from its joint, in the frame of that joint, m."""
 
 _DAMPING_6: Final = DAMPING**2 * np.eye(6)
 
 
-def estimate_contact_force(q: Sequence[float], torques: Sequence[float]) -> float:
+def estimate_contact_force(arm: RobotModel, q: Sequence[float], torques: Sequence[float]) -> float:
     """Estimate the magnitude of a contact's force.
 
     Args:
-        q: joint positions (7), rad.
-        torques: external torques (7), N·m.
+        arm: the robot.
+        q: joint positions, rad.
+        torques: external torques, N·m.
 
     Returns:
         The force, N; the greatest if it cannot be told on which link the contact is; 0 if the torques are
@@ -66,24 +56,24 @@ def estimate_contact_force(q: Sequence[float], torques: Sequence[float]) -> floa
     """
     if hypot(*torques) < LEAST_TORQUE:
         return 0.0
-    frames = frames_of(_MOUNTINGS, q)
-    force = _on_hand(frames, torques)
+    frames = frames_of(arm.mountings, q)
+    force = _on_hand(arm, frames, torques)
     last = max(
         (
             joint
-            for joint, (torque, least) in enumerate(zip(torques, TORQUE_THRESHOLDS, strict=True), 1)
+            for joint, (torque, least) in enumerate(zip(torques, arm.servos.felt_torque, strict=True), 1)
             if abs(torque) > least
         ),
-        default=7,
+        default=arm.joint_count,
     )
-    for link in range(max(last, 2), 7):
-        force = max(force, _on_link(frames, torques, link))
+    for link in range(max(last, 2), arm.joint_count):
+        force = max(force, _on_link(arm, frames, torques, link))
     return force
 
 
-def _on_hand(frames: Sequence[JointFrame], torques: Sequence[float]) -> float:
+def _on_hand(arm: RobotModel, frames: Sequence[JointFrame], torques: Sequence[float]) -> float:
     """Return the force of the wrench at the tool point, N."""
-    tool = frames[-1].to_base(PANDA_BODY.tool_offset)
+    tool = frames[-1].to_base(arm.body.tool_offset)
     jacobian = np.array(
         [
             (*cross(z, subtract(tool, origin)), *(_LEVER_LENGTH * part for part in z))
@@ -94,9 +84,9 @@ def _on_hand(frames: Sequence[JointFrame], torques: Sequence[float]) -> float:
     return hypot(*wrench[:3].tolist())
 
 
-def _on_link(frames: Sequence[JointFrame], torques: Sequence[float], link: int) -> float:
+def _on_link(arm: RobotModel, frames: Sequence[JointFrame], torques: Sequence[float], link: int) -> float:
     """Return the force at the outer end of a link, N."""
-    end = frames[link].to_base(_OUTER_ENDS[link])
+    end = frames[link].to_base(_outer_ends(arm)[link])
     # (J·Jᵀ + λ²)·f = J·τ, symmetric: a b c / b d e / c e g.
     a = d = g = LINK_DAMPING**2
     b = c = e = u = v = w = 0.0
@@ -112,3 +102,13 @@ def _on_link(frames: Sequence[JointFrame], torques: Sequence[float], link: int) 
         (r * u + (a * g - c * c) * v + (b * c - a * e) * w) / determinant,
         (s * u + (b * c - a * e) * v + (a * d - b * b) * w) / determinant,
     )
+
+
+@cache
+def _outer_ends(arm: RobotModel) -> dict[int, Triple]:
+    """Return the end of each link's capsule that is farthest from its joint, in that joint's frame, m."""
+    return {
+        capsule.joint: max(capsule.a, capsule.b, key=lambda end: hypot(*end))
+        for capsule in arm.capsules
+        if 2 <= capsule.joint < arm.joint_count
+    }

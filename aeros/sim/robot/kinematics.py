@@ -1,46 +1,24 @@
-"""The Panda's kinematic chain: forward and inverse kinematics for many poses at once.
+"""The kinematic chain of an arm: forward and inverse kinematics for many poses at once.
 
 Frames: B is the arm's base, T the tool centre point between the fingertips. Every tool pose here points
 down: R_BT = Rz(yaw)·Rx(π), so that at yaw 0 the fingers close along y of B.
-Units: metres and radians. Shapes: q is (n, 7), p_BT is (n, 3), yaw is (n,).
-Source: modified (Craig) Denavit–Hartenberg parameters, frankaemika/docs at 1da6bd3.
+Units: metres and radians. Shapes: q is (n, joints), p_BT is (n, 3), yaw is (n,).
+Source: J. J. Craig, Introduction to Robotics, modified Denavit–Hartenberg parameters.
 """
 
 # Frames live in names (p_WT, R_BT, J): house style (b).
 # ruff: noqa: N803, N806
 from __future__ import annotations
 
-from math import pi
 from typing import Final
 
 import numpy as np
 
-from aeros.sim.robot.limits import Q_MAX, Q_MIN, Vector
-
-FLANGE: Final = 0.107
-"""Distance of the flange from the last joint's frame, along its axis, m."""
-
-FLANGE_TO_TOOL: Final = 0.1034
-"""Flange to tool centre point along the tool's axis, m (Franka Hand's F_T_NE)."""
-
-READY_POSTURE: Final = np.array([0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4])
-"""Franka's ready posture, rad: where arms start; the spare degree of freedom is drawn to it."""
-
-DH_LENGTHS: Final = (0.0, 0.0, 0.0, 0.0825, -0.0825, 0.0, 0.088)
-DH_OFFSETS: Final = (0.333, 0.0, 0.316, 0.0, 0.384, 0.0, 0.0)
-DH_TWISTS: Final = (0.0, -pi / 2, pi / 2, pi / 2, -pi / 2, pi / 2, pi / 2)
-TOOL_OFFSET: Final = FLANGE + FLANGE_TO_TOOL
-
-_NULLSPACE_WEIGHTS: Final = np.array([0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0])
-"""Weights of joints drawn to `READY_POSTURE`; 1 and 7 follow the target's bearing and yaw instead."""
+from aeros.sim.robot.limits import Vector
+from aeros.sim.robot.model import RobotModel
 
 _DAMPING: Final = 1e-2
 """Damping per squared pose error: large far from the target, vanishing at the solution."""
-
-_LIMIT_MARGIN: Final = 0.02
-"""Distance of solutions from the official limits, rad: room for tracking error (≤ 0.006 rad)."""
-
-_LOWEST, _HIGHEST = Q_MIN + _LIMIT_MARGIN, Q_MAX - _LIMIT_MARGIN
 
 _TOLERANCE: Final = 2e-5
 """Greatest pose error of a solution, m and rad."""
@@ -51,49 +29,35 @@ _SMALL_DAMPING: Final = 1e-6 * _IDENTITY_6
 
 
 _IDENTITY_3: Final = np.eye(3)
-_COS, _SIN = np.cos(DH_TWISTS)[:, None], np.sin(DH_TWISTS)[:, None]
-"""Cosine and sine of each joint's twist."""
-
-_ORIGINS: Final = np.stack((DH_LENGTHS, -_SIN[:, 0] * DH_OFFSETS, _COS[:, 0] * DH_OFFSETS), axis=1)[
-    :, None, :, None
-]
-"""Each joint's origin in the frame before it."""
-
-_MOUNTING: Final = np.array(
-    [
-        [np.cos(-pi / 4), -np.sin(-pi / 4), 0.0],
-        [np.sin(-pi / 4), np.cos(-pi / 4), 0.0],
-        [0.0, 0.0, 1.0],
-    ]
-)
-"""The hand is mounted turned by -45° about the flange's axis."""
 
 
-def forward_kinematics(q: Vector) -> tuple[Vector, Vector, Vector]:
-    """Compute tool poses and Jacobians of the Panda.
+def forward_kinematics(arm: RobotModel, q: Vector) -> tuple[Vector, Vector, Vector]:
+    """Compute tool poses and Jacobians.
 
     Args:
-        q: joint positions (n, 7), rad.
+        arm: the robot.
+        q: joint positions (n, joints), rad.
 
     Returns:
         (p_BT, R_BT, J): tool positions (n, 3) in B, m; tool rotations (n, 3, 3); geometric Jacobians (n, 6,
-        7) in B, linear rows (m/rad) above angular rows (rad/rad).
+        joints) in B, linear rows (m/rad) above angular rows (rad/rad).
     """
-    n = len(q)
+    n, joints = q.shape
+    cosines, sines = arm.twists
     c, s = np.cos(q.T), np.sin(q.T)
-    turns = np.zeros((7, n, 3, 3))
+    turns = np.zeros((joints, n, 3, 3))
     turns[:, :, 0, 0], turns[:, :, 0, 1] = c, -s
-    turns[:, :, 1, 0], turns[:, :, 1, 1], turns[:, :, 1, 2] = s * _COS, c * _COS, -_SIN
-    turns[:, :, 2, 0], turns[:, :, 2, 1], turns[:, :, 2, 2] = s * _SIN, c * _SIN, _COS
-    rotations = np.empty((8, n, 3, 3))
+    turns[:, :, 1, 0], turns[:, :, 1, 1], turns[:, :, 1, 2] = s * cosines, c * cosines, -sines
+    turns[:, :, 2, 0], turns[:, :, 2, 1], turns[:, :, 2, 2] = s * sines, c * sines, cosines
+    rotations = np.empty((joints + 1, n, 3, 3))
     rotations[0] = _IDENTITY_3
-    for i in range(7):
+    for i in range(joints):
         np.matmul(rotations[i], turns[i], out=rotations[i + 1])
-    origins = np.cumsum((rotations[:7] @ _ORIGINS)[..., 0], axis=0)
+    origins = np.cumsum((rotations[:joints] @ arm.joint_origins)[..., 0], axis=0)
     axes = rotations[1:, :, :, 2]
-    p_BT = origins[6] + TOOL_OFFSET * axes[6]
-    R_BT = rotations[7] @ _MOUNTING
-    jacobian = np.empty((n, 6, 7))
+    p_BT = origins[-1] + arm.body.tool_offset[2] * axes[-1]
+    R_BT = rotations[-1] @ arm.hand_rotation
+    jacobian = np.empty((n, 6, joints))
     jacobian[:, :3, :] = _cross(axes.transpose(1, 2, 0), p_BT[:, :, None] - origins.transpose(1, 2, 0))
     jacobian[:, 3:, :] = axes.transpose(1, 2, 0)
     return p_BT, R_BT, jacobian
@@ -143,98 +107,101 @@ def pose_error(p_BT: Vector, R_BT: Vector, p_target: Vector, R_target: Vector) -
     return error
 
 
-def solve_ik(p_BT: Vector, yaw: Vector, start: Vector) -> Vector | None:
+def solve_ik(arm: RobotModel, p_BT: Vector, yaw: Vector, start: Vector) -> Vector | None:
     """Solve inverse kinematics for tools that point down, many poses at once.
 
     Damped least squares from `start`. The spare degree of freedom minimises the distance to
-    `READY_POSTURE`, which makes the solution a function of the pose, so the arm does not drift over many
+    the ready posture, which makes the solution a function of the pose, so the arm does not drift over many
     moves. Accuracy: 0.02 mm and 0.02 mrad. Solutions keep 0.02 rad inside the official limits.
 
     Args:
+        arm: the robot.
         p_BT: tool positions (n, 3) in B, m.
         yaw: tool yaws (n,), rad.
-        start: joint positions (n, 7) to start from, rad.
+        start: joint positions (n, joints) to start from, rad.
 
     Returns:
-        Joint positions (n, 7), rad; None unless every pose has a solution within 60 iterations.
+        Joint positions (n, joints), rad; None unless every pose has a solution within 60 iterations.
     """
     R_target = downward_rotations(yaw)
-    q = _clamp_to_limits(start)
+    ready, weights = arm.postures.ready, arm.postures.lean_weights
+    q = _clamp_to_limits(arm, start)
     for _ in range(60):
-        p, R, J = forward_kinematics(q)
+        p, R, J = forward_kinematics(arm, q)
         error = pose_error(p, R, p_BT, R_target)
         # An upside-down tool has a vanishing first-order error; the third axis tells it from a solution.
         flipped = R[:, 2, 2] > 0.0
         JT = J.transpose(0, 2, 1)
         damping = 1e-9 + _DAMPING * np.sum(error * error, axis=1)
         A = J @ JT + damping[:, None, None] * _IDENTITY_6
-        lean = _NULLSPACE_WEIGHTS * (READY_POSTURE - q)
+        lean = weights * (ready - q)
         inner = np.linalg.solve(A, np.stack((error, (J @ lean[:, :, None])[:, :, 0]), axis=2))
         step = (JT @ inner[:, :, :1])[:, :, 0]
         null = lean - (JT @ inner[:, :, 1:])[:, :, 0]
         length = np.sum(null * null, axis=1)
-        curvature = np.sum(_NULLSPACE_WEIGHTS * null * null, axis=1) / np.maximum(length, 1e-18)
+        curvature = np.sum(weights * null * null, axis=1) / np.maximum(length, 1e-18)
         drift = null / np.maximum(curvature, 0.2)[:, None]
         if not flipped.any() and np.abs(error).max() < _TOLERANCE and np.abs(drift).max() < 1e-3:
             return q
         move = step + 0.7 * drift
         largest = np.abs(move).max(axis=1, keepdims=True)
-        q = _clamp_to_limits(q + move * np.minimum(1.0, 0.4 / np.maximum(largest, 1e-12)))
-    p, R, _ = forward_kinematics(q)
+        q = _clamp_to_limits(arm, q + move * np.minimum(1.0, 0.4 / np.maximum(largest, 1e-12)))
+    p, R, _ = forward_kinematics(arm, q)
     good = np.abs(pose_error(p, R, p_BT, R_target)).max() < _TOLERANCE and not (R[:, 2, 2] > 0.0).any()
     return q if good else None
 
 
-def solve_ik_one(p_BT: Vector, yaw: float, start: Vector) -> Vector | None:
+def solve_ik_one(arm: RobotModel, p_BT: Vector, yaw: float, start: Vector) -> Vector | None:
     """Solve inverse kinematics for one pose, from several starting postures in turn.
 
     Args:
+        arm: the robot.
         p_BT: tool position (3,) in B, m.
         yaw: tool yaw, rad.
-        start: joint positions (7,) to try first, rad; then postures turned to the pose's bearing, then
-            `READY_POSTURE`.
+        start: joint positions to try first, rad; then postures turned to the pose's bearing, then
+            the ready posture.
 
     Returns:
-        Joint positions (7,), rad; None if no start leads to a solution.
+        Joint positions, rad; None if no start leads to a solution.
     """
     bearing = float(np.arctan2(p_BT[1], p_BT[0]))
-    turned = READY_POSTURE.copy()
-    turned[0] = np.clip(bearing, Q_MIN[0], Q_MAX[0])
-    turned[6] = np.clip(pi / 4 + bearing - yaw, Q_MIN[6], Q_MAX[6])
-    low = turned + np.array([0.0, 0.6, 0.0, -0.4, 0.0, 0.3, 0.0])
-    far = turned + np.array([0.0, 0.8, 0.0, 1.0, 0.0, 0.0, 0.0])
-    for guess in (start, turned, low, far, READY_POSTURE):
-        solutions = solve_ik(p_BT[None, :], np.array([yaw]), guess[None, :])
+    ready, lowest, highest = arm.postures.ready, arm.limits.lowest, arm.limits.highest
+    turned = ready.copy()
+    turned[0] = np.clip(ready[0] + bearing, lowest[0], highest[0])
+    turned[-1] = np.clip(ready[-1] + bearing - yaw, lowest[-1], highest[-1])
+    for guess in (start, turned, *(turned + one for one in arm.postures.search), ready):
+        solutions = solve_ik(arm, p_BT[None, :], np.array([yaw]), guess[None, :])
         if solutions is not None:
             solution: Vector = solutions[0]
             return solution
     return None
 
 
-def ik_step(p_BT: Vector, yaw: float, q: Vector, posture: Vector) -> Vector:
+def ik_step(arm: RobotModel, p_BT: Vector, yaw: float, q: Vector, posture: Vector) -> Vector:
     """Take one Newton step towards a pose nearby, for servoing at every tick.
 
     The spare degree of freedom goes half of its way to `posture`.
 
     Args:
+        arm: the robot.
         p_BT: target tool position (3,) in B, m.
         yaw: target tool yaw, rad.
-        q: current joint positions (7,), rad.
-        posture: joint positions (7,) that the spare degree of freedom approaches, rad.
+        q: current joint positions, rad.
+        posture: joint positions that the spare degree of freedom approaches, rad.
 
     Returns:
-        Joint positions (7,), rad, clamped to 0.02 rad inside the limits.
+        Joint positions, rad, clamped to 0.02 rad inside the limits.
     """
-    p, R, J = forward_kinematics(q[None, :])
+    p, R, J = forward_kinematics(arm, q[None, :])
     error = pose_error(p, R, p_BT[None, :], downward_rotations(np.array([yaw])))[0]
     jacobian = J[0]
     lean = 0.5 * (posture - q)
     inner = np.linalg.solve(jacobian @ jacobian.T + _SMALL_DAMPING, error - jacobian @ lean)
-    return _clamp_to_limits(q + lean + jacobian.T @ inner)
+    return _clamp_to_limits(arm, q + lean + jacobian.T @ inner)
 
 
-def _clamp_to_limits(q: Vector) -> Vector:
+def _clamp_to_limits(arm: RobotModel, q: Vector) -> Vector:
     """Clamp joint positions to 0.02 rad inside the limits."""
     # np.clip does the same and takes five times as long at these sizes.
-    nearest: Vector = np.minimum(np.maximum(q, _LOWEST), _HIGHEST)
+    nearest: Vector = np.minimum(np.maximum(q, arm.lowest_solution), arm.highest_solution)
     return nearest

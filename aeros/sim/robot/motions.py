@@ -19,9 +19,9 @@ import numpy as np
 from aeros.runtime.ports import MotionCompletion, NoMotion, PlannedMotion, Trajectory
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import Vector3
-from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.errors import ActionRejectedError, BlockedError
-from aeros.sim.robot.limits import FINGER_GAP_MAX, GRIP_FORCE_MAX, Q_MAX, Q_MIN, TOOL_SPEED_MAX, Vector
+from aeros.sim.robot.limits import Vector
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.profile import (
     ACCELERATION_TO_MEAN,
     PEAK_TO_MEAN,
@@ -203,7 +203,8 @@ def plan_move_tool(
 
     Args:
         robot: the robot.
-        parameters: `target`, the tool position in W, m; `yaw` in [-π, π], rad; `speed`, 0.001 to 1.7 m/s.
+        parameters: `target`, the tool position in W, m; `yaw` in [-π, π], rad; `speed`, from 0.001 m/s to the
+            tool's limit.
         base_motion: plan of the base motion under way; its peak speed is subtracted from `speed`.
 
     Returns:
@@ -213,12 +214,12 @@ def plan_move_tool(
         ActionRejectedError: a parameter is missing, unknown or out of range, the base alone is too fast, or
             the line is unreachable.
     """
-    line = _ToolLine.read(parameters)
+    line = _ToolLine.read(parameters, robot.model)
     base = robot.read_sensors().base_position
     target = base if base_motion is None else _base_destination(base_motion)
     speed = _relative_speed(line.speed, base_motion)
-    profile = _tool_line_profile(robot.q_command, robot.tool_command(), line, target, speed)
-    trajectory = Trajectory(PANDA_BODY, (profile.path,), base, NO_TRAVEL, profile.ticks * TICK)
+    profile = _tool_line_profile(robot.model, robot.q_command, robot.tool_command(), line, target, speed)
+    trajectory = Trajectory(robot.model.body, (profile.path,), base, NO_TRAVEL, profile.ticks * TICK)
     return PreparedMotion(trajectory, _move_tool(robot, profile, line.target), ARM)
 
 
@@ -230,18 +231,23 @@ class _ToolLine(NamedTuple):
     speed: float
 
     @classmethod
-    def read(cls, parameters: ActionParameters) -> _ToolLine:
+    def read(cls, parameters: ActionParameters, arm: RobotModel) -> _ToolLine:
         line = cls(
             parameters.position("target"),
             parameters.number("yaw", -pi, pi),
-            parameters.number("speed", _MIN_SPEED, TOOL_SPEED_MAX),
+            parameters.number("speed", _MIN_SPEED, arm.tool_limits.speed),
         )
         parameters.reject_unread()
         return line
 
 
 def _tool_line_profile(
-    q: Vector, pose: tuple[Vector, float], line: _ToolLine, base: Vector3, speed: float
+    arm: RobotModel,
+    q: Vector,
+    pose: tuple[Vector, float],
+    line: _ToolLine,
+    base: Vector3,
+    speed: float,
 ) -> JointProfile:
     """Plan the profile of a line from a joint position and the tool's pose there, in B.
 
@@ -252,7 +258,7 @@ def _tool_line_profile(
     yaw_now += 2.0 * pi * round((line.yaw - yaw_now) / (2.0 * pi))
     target = np.array(line.target) - np.array(base)
     try:
-        return line_profile(q, (p_BT, yaw_now), (target, line.yaw), speed)
+        return line_profile(arm, q, (p_BT, yaw_now), (target, line.yaw), speed)
     except UnreachableError as reason:
         raise ActionRejectedError(f"unreachable: {reason}") from reason
 
@@ -272,11 +278,11 @@ def plan_tool_lines(robot: Robot, lines: Sequence[ActionParameters]) -> list[Pla
     plans: list[PlannedMotion] = []
     for parameters in lines:
         try:
-            line = _ToolLine.read(parameters)
-            profile = _tool_line_profile(q, pose, line, base, line.speed)
+            line = _ToolLine.read(parameters, robot.model)
+            profile = _tool_line_profile(robot.model, q, pose, line, base, line.speed)
         except ActionRejectedError as refusal:
             return [*plans, MotionCompletion(False, str(refusal))]
-        plans.append(Trajectory(PANDA_BODY, (profile.path,), base, NO_TRAVEL, profile.ticks * TICK))
+        plans.append(Trajectory(robot.model.body, (profile.path,), base, NO_TRAVEL, profile.ticks * TICK))
         q, pose = np.array(profile.path[-1][3]), (np.array(line.target) - np.array(base), line.yaw)
     return plans
 
@@ -321,11 +327,12 @@ def _follow_profile(robot: Robot, profile: JointProfile) -> MotionTicks:
 def plan_move_joints(
     robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None
 ) -> PreparedMotion:
-    """Plan `move_joints {q1 … q7: rad, speed: m/s}`: all joints in step, the tool never faster than `speed`.
+    """Plan `move_joints {q1 … qn: rad, speed: m/s}`: all joints in step, the tool never faster than `speed`.
 
     Args:
         robot: the robot.
-        parameters: `q1` to `q7`, target positions inside the joint limits, rad; `speed`, 0.001 to 1.7 m/s.
+        parameters: `q1` to `qn`, target positions inside the joint limits, rad; `speed`, from 0.001 m/s to
+            the tool's limit.
         base_motion: plan of the base motion under way; its peak speed is subtracted from `speed`.
 
     Returns:
@@ -335,16 +342,16 @@ def plan_move_joints(
         ActionRejectedError: a parameter is missing, unknown or out of range, the base alone is too fast, or
             no duration keeps the joints inside their limits.
     """
-    limits = zip(Q_MIN.tolist(), Q_MAX.tolist(), strict=True)
+    limits = zip(robot.model.limits.lowest.tolist(), robot.model.limits.highest.tolist(), strict=True)
     target = np.array([parameters.number(f"q{i}", *limit) for i, limit in enumerate(limits, 1)])
-    speed = parameters.number("speed", _MIN_SPEED, TOOL_SPEED_MAX)
+    speed = parameters.number("speed", _MIN_SPEED, robot.model.tool_limits.speed)
     parameters.reject_unread()
     base = robot.read_sensors().base_position
     try:
-        profile = joint_profile(robot.q_command, target, _relative_speed(speed, base_motion))
+        profile = joint_profile(robot.model, robot.q_command, target, _relative_speed(speed, base_motion))
     except UnreachableError as reason:
         raise ActionRejectedError(f"unreachable: {reason}") from reason
-    trajectory = Trajectory(PANDA_BODY, (profile.path,), base, NO_TRAVEL, profile.ticks * TICK)
+    trajectory = Trajectory(robot.model.body, (profile.path,), base, NO_TRAVEL, profile.ticks * TICK)
     return PreparedMotion(trajectory, _move_joints(robot, profile, target), ARM)
 
 
@@ -366,7 +373,8 @@ def plan_grip(robot: Robot, parameters: ActionParameters, base_motion: Trajector
 
     Args:
         robot: the robot.
-        parameters: `width` between the fingers, 0 to 0.08 m; `force` on each, 0.1 to 70 N.
+        parameters: `width` between the fingers, 0 to the hand's widest gap, m; `force` on each, from 0.1 N to
+            its greatest force.
         base_motion: plan of the base motion under way, which goes on.
 
     Returns:
@@ -375,8 +383,8 @@ def plan_grip(robot: Robot, parameters: ActionParameters, base_motion: Trajector
     Raises:
         ActionRejectedError: a parameter is missing, unknown or out of range.
     """
-    width = parameters.number("width", 0.0, FINGER_GAP_MAX)
-    force = parameters.number("force", 0.1, GRIP_FORCE_MAX)
+    width = parameters.number("width", 0.0, robot.model.hand.widest_gap)
+    force = parameters.number("force", 0.1, robot.model.hand.greatest_force)
     parameters.reject_unread()
     return PreparedMotion(NoMotion("grip: only the fingers move"), _grip(robot, width, force))
 
@@ -463,7 +471,7 @@ def _base_line(
     at_rest = (tuple(robot.q_command.tolist()),) * 4
     px, py = start.tolist()
     travel = (float(way[0]), float(way[1]), 0.0)
-    return Trajectory(PANDA_BODY, ((at_rest,),), (px, py, z), travel, ticks * TICK), way, ticks
+    return Trajectory(robot.model.body, ((at_rest,),), (px, py, z), travel, ticks * TICK), way, ticks
 
 
 def _move_base(robot: Robot, target: Vector, way: Vector, ticks: int) -> MotionTicks:

@@ -17,15 +17,8 @@ import numpy as np
 from aeros.runtime.ports import JointPath
 from aeros.sim.clock import TICK
 from aeros.sim.robot.kinematics import forward_kinematics, solve_ik, solve_ik_one
-from aeros.sim.robot.limits import (
-    QD_MAX,
-    QDD_MAX,
-    TOOL_ACCELERATION_MAX,
-    TOOL_SPEED_MAX,
-    TURNING_ACCELERATION_MAX,
-    YAW_SPEED_MAX,
-    Vector,
-)
+from aeros.sim.robot.limits import Vector
+from aeros.sim.robot.model import RobotModel
 
 PEAK_TO_MEAN: Final = 1.875
 """Peak over mean speed of the minimum-jerk profile."""
@@ -91,7 +84,7 @@ class JointProfile:
         """Compute the set points of every tick; the first is one tick after the start.
 
         Returns:
-            Joint positions, rad, and speeds, rad/s, each of shape (ticks, 7).
+            Joint positions, rad, and speeds, rad/s, each of shape (ticks, joints).
         """
         q, qd, _ = _sample(np.array(self.path), self.ticks)
         return q, qd
@@ -126,14 +119,19 @@ def minimum_jerk_ticks(distance: float, peak_speed: float) -> int:
 
 
 def line_profile(
-    q_start: Vector, start: tuple[Vector, float], end: tuple[Vector, float], peak_speed: float
+    arm: RobotModel,
+    q_start: Vector,
+    start: tuple[Vector, float],
+    end: tuple[Vector, float],
+    peak_speed: float,
 ) -> JointProfile:
     """Plan a profile along a straight line of the tool.
 
     Poses are (p_BT in m, yaw in rad), the tool pointing down.
 
     Args:
-        q_start: joint positions (7,) at the start, rad.
+        arm: the robot.
+        q_start: joint positions at the start, rad.
         start: the tool's pose there, in B.
         end: its pose at the end, in B.
         peak_speed: bound on the tool's speed, m/s; joint limits may make it slower.
@@ -145,26 +143,27 @@ def line_profile(
         UnreachableError: the line leaves the arm's reach, or needs another arm configuration.
     """
     distance, turn, pieces = _line_geometry(start, end)
-    is_tilted = _is_tilted(q_start)
+    is_tilted = _is_tilted(arm, q_start)
     if is_tilted:
         pieces = max(pieces, _MIN_OFF_LINE_PIECES)
-    path = _spline(_joint_path(q_start, start, end, pieces))
+    path = _spline(_joint_path(arm, q_start, start, end, pieces))
     ticks = max(
-        minimum_jerk_ticks(distance, min(peak_speed, TOOL_SPEED_MAX) * _SPEED_MARGIN),
-        minimum_jerk_ticks(turn, YAW_SPEED_MAX * _LIMIT_SHARE),
+        minimum_jerk_ticks(distance, min(peak_speed, arm.tool_limits.speed) * _SPEED_MARGIN),
+        minimum_jerk_ticks(turn, arm.tool_limits.turning_speed * _LIMIT_SHARE),
         _MIN_TICKS,
     )
     if is_tilted:
-        ticks = max(ticks, _off_line_ticks(path, min(peak_speed, TOOL_SPEED_MAX)))
-    return _within_limits(path, ticks)
+        ticks = max(ticks, _off_line_ticks(arm, path, min(peak_speed, arm.tool_limits.speed)))
+    return _within_limits(arm, path, ticks)
 
 
-def joint_profile(q_start: Vector, q_end: Vector, peak_speed: float) -> JointProfile:
+def joint_profile(arm: RobotModel, q_start: Vector, q_end: Vector, peak_speed: float) -> JointProfile:
     """Plan a profile along a straight line in joint space.
 
     Args:
-        q_start: joint positions (7,) at the start, rad.
-        q_end: joint positions (7,) at the end, rad.
+        arm: the robot.
+        q_start: joint positions at the start, rad.
+        q_end: joint positions at the end, rad.
         peak_speed: bound on the tool's speed, m/s; limits may make it slower.
 
     Returns:
@@ -175,11 +174,11 @@ def joint_profile(q_start: Vector, q_end: Vector, peak_speed: float) -> JointPro
     """
     share = np.linspace(0.0, 1.0, _MIN_OFF_LINE_PIECES + 1)
     path = _spline(q_start + share[:, None] * (q_end - q_start))
-    ticks = max(_off_line_ticks(path, min(peak_speed, TOOL_SPEED_MAX)), _MIN_TICKS)
-    return _within_limits(path, ticks)
+    ticks = max(_off_line_ticks(arm, path, min(peak_speed, arm.tool_limits.speed)), _MIN_TICKS)
+    return _within_limits(arm, path, ticks)
 
 
-def _within_limits(path: Vector, ticks: int) -> JointProfile:
+def _within_limits(arm: RobotModel, path: Vector, ticks: int) -> JointProfile:
     """Return the path with so many ticks, or as many more as keep every joint inside its limits.
 
     Raises:
@@ -188,8 +187,8 @@ def _within_limits(path: Vector, ticks: int) -> JointProfile:
     for _ in range(12):
         _, qd, qdd = _sample(path, ticks)
         excess = max(
-            float((np.abs(qd) / (QD_MAX * _LIMIT_SHARE)).max()),
-            float(np.sqrt((np.abs(qdd) / (QDD_MAX * _LIMIT_SHARE)).max())),
+            float((np.abs(qd) / (arm.limits.speed * _LIMIT_SHARE)).max()),
+            float(np.sqrt((np.abs(qdd) / (arm.limits.acceleration * _LIMIT_SHARE)).max())),
         )
         if excess <= 1.0:
             return JointProfile(to_port_path(path), ticks)
@@ -197,11 +196,14 @@ def _within_limits(path: Vector, ticks: int) -> JointProfile:
     raise UnreachableError("no duration brings the joint speeds inside the limits")
 
 
-def line_path(q_guess: Vector, start: tuple[Vector, float], end: tuple[Vector, float]) -> JointPath:
+def line_path(
+    arm: RobotModel, q_guess: Vector, start: tuple[Vector, float], end: tuple[Vector, float]
+) -> JointPath:
     """Plan the joint path of a straight line of the tool, without timing.
 
     Args:
-        q_guess: joint positions (7,) near which the solution of the start is sought, rad.
+        arm: the robot.
+        q_guess: joint positions near which the solution of the start is sought, rad.
         start: pose at the start: (p_BT in m, yaw in rad).
         end: pose at the end, likewise.
 
@@ -211,11 +213,11 @@ def line_path(q_guess: Vector, start: tuple[Vector, float], end: tuple[Vector, f
     Raises:
         UnreachableError: the line leaves the arm's reach, or needs another arm configuration.
     """
-    q_start = solve_ik_one(*start, q_guess)
+    q_start = solve_ik_one(arm, *start, q_guess)
     if q_start is None:
         raise UnreachableError(f"no joint position puts the tool at {_format_point(start[0])}")
     _, _, pieces = _line_geometry(start, end)
-    return to_port_path(_spline(_joint_path(q_start, start, end, pieces)))
+    return to_port_path(_spline(_joint_path(arm, q_start, start, end, pieces)))
 
 
 def _line_geometry(start: tuple[Vector, float], end: tuple[Vector, float]) -> tuple[float, float, int]:
@@ -226,15 +228,15 @@ def _line_geometry(start: tuple[Vector, float], end: tuple[Vector, float]) -> tu
 
 
 def _joint_path(
-    q_start: Vector, start: tuple[Vector, float], end: tuple[Vector, float], pieces: int
+    arm: RobotModel, q_start: Vector, start: tuple[Vector, float], end: tuple[Vector, float], pieces: int
 ) -> Vector:
-    """Solve joint waypoints (pieces + 1, 7) on the line, the first exactly `q_start`.
+    """Solve joint waypoints (pieces + 1, joints) on the line, the first exactly `q_start`.
 
     Raises:
         UnreachableError: the target or the line to it is out of reach.
     """
     (p_start, yaw_start), (p_end, yaw_end) = start, end
-    q_end = solve_ik_one(p_end, yaw_end, q_start)
+    q_end = solve_ik_one(arm, p_end, yaw_end, q_start)
     if q_end is None:
         raise UnreachableError(
             f"no joint position puts the tool at {_format_point(p_end)} with yaw {yaw_end:.3f} rad"
@@ -242,7 +244,7 @@ def _joint_path(
     share = np.linspace(0.0, 1.0, pieces + 1)
     guess = q_start + share[:, None] * (q_end - q_start)
     line = p_start + share[:, None] * (p_end - p_start)
-    path = solve_ik(line, yaw_start + share * (yaw_end - yaw_start), guess)
+    path = solve_ik(arm, line, yaw_start + share * (yaw_end - yaw_start), guess)
     if path is None:
         raise UnreachableError(f"the straight line to {_format_point(p_end)} leaves the arm's reach")
     # The start may be off the solver's posture (after a stop); fade out the difference.
@@ -253,28 +255,31 @@ def _joint_path(
     return joined
 
 
-def _is_tilted(q: Vector) -> bool:
+def _is_tilted(arm: RobotModel, q: Vector) -> bool:
     """Return True if the tool does not point down."""
-    _, turned, _ = forward_kinematics(q[None, :])
+    _, turned, _ = forward_kinematics(arm, q[None, :])
     return float(-turned[0, 2, 2]) < cos(_MAX_TILT)
 
 
-def _off_line_ticks(path: Vector, peak_speed: float) -> int:
+def _off_line_ticks(arm: RobotModel, path: Vector, peak_speed: float) -> int:
     """Return ticks that keep the tool inside its limits wherever on the path timing is fastest."""
     step = 1.0 / _SAMPLES_PER_PIECE
     u = np.arange(0.0, 1.0, step)[:, None]
     v = 1.0 - u
     a, b, c, d = (path[:, None, corner] for corner in range(4))
     q = (v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d).reshape(-1, path.shape[2])
-    places, turned, _ = forward_kinematics(np.vstack((q, path[-1, 3])))
+    places, turned, _ = forward_kinematics(arm, np.vstack((q, path[-1, 3])))
     turns = np.swapaxes(turned[:-1], 1, 2) @ turned[1:]
     # Of small turns the skew-symmetric part is the axis times the angle.
     turning = [turns[:, i, j] - turns[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0))]
     step /= len(path)
     return max(
-        _ticks_for_limits(np.diff(places, axis=0) / step, step, peak_speed, TOOL_ACCELERATION_MAX),
+        _ticks_for_limits(np.diff(places, axis=0) / step, step, peak_speed, arm.tool_limits.acceleration),
         _ticks_for_limits(
-            np.stack(turning, axis=1) / 2.0 / step, step, YAW_SPEED_MAX, TURNING_ACCELERATION_MAX
+            np.stack(turning, axis=1) / 2.0 / step,
+            step,
+            arm.tool_limits.turning_speed,
+            arm.tool_limits.turning_acceleration,
         ),
     )
 
@@ -295,7 +300,7 @@ def _ticks_for_limits(first: Vector, step: float, speed: float, acceleration: fl
 
 
 def _spline(points: Vector) -> Vector:
-    """Compute Bézier control points (pieces, 4, 7) of the cubic spline through `points` (pieces + 1, 7).
+    """Compute Bézier control points (pieces, 4, joints) of the cubic spline through `points`.
 
     Its end slopes are second-order differences; inside, slopes m solve m₋ + 4m + m₊ = 3(q₊ − q₋).
     """
@@ -315,7 +320,7 @@ def to_port_path(pieces: Vector) -> JointPath:
     """Convert control points to the form of `aeros.runtime.ports`.
 
     Args:
-        pieces: Bézier control points (pieces, 4, 7), rad.
+        pieces: Bézier control points (pieces, 4, joints), rad.
 
     Returns:
         The same numbers as nested tuples.
@@ -324,7 +329,7 @@ def to_port_path(pieces: Vector) -> JointPath:
 
 
 def _sample(pieces: Vector, ticks: int) -> tuple[Vector, Vector, Vector]:
-    """Sample positions, speeds and accelerations (ticks, 7) of the spline under minimum-jerk timing."""
+    """Sample positions, speeds and accelerations (ticks, joints) of the spline under minimum-jerk timing."""
     duration, n = ticks * TICK, len(pieces)
     s, ds, dds = minimum_jerk(np.arange(1, ticks + 1) / ticks)
     index = np.minimum((s * n).astype(int), n - 1)

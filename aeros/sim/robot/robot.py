@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import zip_longest
 from math import cos, sin, sqrt
 from operator import sub
@@ -17,12 +18,12 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from aeros.kinematic_chain import Triple, mounting_of
+from aeros.kinematic_chain import Mounting, Triple
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import Vector3
-from aeros.sim.robot.body import CAPSULES, PANDA_BODY
-from aeros.sim.robot.kinematics import READY_POSTURE, forward_kinematics
-from aeros.sim.robot.limits import QDD_MAX, Vector
+from aeros.sim.robot.kinematics import forward_kinematics
+from aeros.sim.robot.limits import Vector
+from aeros.sim.robot.model import RobotModel
 
 CARRIAGE_EDGES: Final = (0.5, 0.45, 0.28)
 """Length, width and height of the carriage, m: its top is as high as the arm's base, and its wheels 20 mm."""
@@ -65,15 +66,17 @@ class RobotOptions:
     """Options to build a robot with.
 
     Attributes:
+        model: the robot.
         carriage: True if it stands on a carriage that drives along x and y of W, else it is fixed.
         base: position of the arm's base frame B in W at the start, m; z never changes.
-        posture: joint positions at the start (7), rad.
+        posture: joint positions at the start, rad; the robot's ready posture if empty.
         finger_friction: Coulomb coefficient of the finger pads.
     """
 
+    model: RobotModel
     carriage: bool = False
     base: Vector3 = (0.0, 0.0, 0.0)
-    posture: tuple[float, ...] = tuple(float(q) for q in READY_POSTURE)
+    posture: tuple[float, ...] = ()
     finger_friction: float = 1.0
 
 
@@ -81,9 +84,9 @@ class RobotState(NamedTuple):
     """Readings of the robot's own sensors after a tick, SI, positions in W.
 
     Attributes:
-        q: joint positions (7), rad.
-        qd: joint speeds (7), rad/s.
-        torque: joint torques (7), N·m.
+        q: joint positions, rad.
+        qd: joint speeds, rad/s.
+        torque: joint torques, N·m.
         tool_position: of the tool centre point, m.
         tool_speed: of the tool centre point, m/s.
         finger_gap: distance between the finger pads, m.
@@ -144,21 +147,23 @@ class RobotSensors(ABC):
 
 
 class Robot(RobotSensors):
-    """A Panda with a hand, on a carriage or fixed.
+    """An arm with a hand, on a carriage or fixed.
 
     Attributes:
+        model: the robot as data.
         has_carriage: True if it can drive.
-        q_command: set points that the arm motors follow now (7,), rad.
-        qd_command: their speeds (7,), rad/s.
+        q_command: set points that the arm motors follow now, rad.
+        qd_command: their speeds, rad/s.
         base_command: set points of the carriage (2,), relative to its start, m.
         base_speed_command: their speeds (2,), m/s.
     """
 
     def __init__(self, options: RobotOptions) -> None:
+        self.model = options.model
         self.has_carriage = options.carriage
         self._base_start = np.array(options.base)
-        self.q_command: Vector = np.array(options.posture, dtype=np.float64)
-        self.qd_command: Vector = np.zeros(7)
+        self.q_command: Vector = np.array(options.posture or self.model.postures.ready, dtype=np.float64)
+        self.qd_command: Vector = np.zeros(self.model.joint_count)
         self.base_command: Vector = np.zeros(2)
         self.base_speed_command: Vector = np.zeros(2)
 
@@ -169,8 +174,8 @@ class Robot(RobotSensors):
         """Set the arm motors' set points for the next tick.
 
         Args:
-            q: joint positions (7,), rad.
-            qd: joint speeds (7,), rad/s.
+            q: joint positions, rad.
+            qd: joint speeds, rad/s.
         """
 
     @abstractmethod
@@ -198,7 +203,7 @@ class Robot(RobotSensors):
 
     def hold_arm(self) -> None:
         """Hold the arm's commanded position, at rest."""
-        self.command(self.q_command, np.zeros(7))
+        self.command(self.q_command, np.zeros(self.model.joint_count))
 
     def hold_base(self) -> None:
         """Hold the carriage's commanded position, at rest."""
@@ -229,7 +234,11 @@ class Robot(RobotSensors):
         xy, speed = self.followed_base_set_points()
         if "arm" in parts:
             self.q_command, self.qd_command = q, qd
-        arm_time = float((np.abs(qd) / (QDD_MAX * _STOP_SHARE)).max()) if "arm" in parts else 0.0
+        arm_time = (
+            float((np.abs(qd) / (self.model.limits.acceleration * _STOP_SHARE)).max())
+            if "arm" in parts
+            else 0.0
+        )
         base_time = float(np.linalg.norm(speed)) / BASE_ACCELERATION_MAX if "base" in parts else 0.0
         for arm, base in zip_longest(_braking(arm_time), _braking(base_time)):
             if arm is not None:
@@ -259,7 +268,7 @@ class Robot(RobotSensors):
             np.array([*state.q, *(np.array(state.base_position[:2]) - self.base_origin)]) for state in way
         ]
         at = np.concatenate([self.q_command, self.base_command])
-        pace = 0.0
+        pace, joints = 0.0, self.model.joint_count
         for corner in corners:
             while True:
                 distance = float(np.abs(corner - at).max())
@@ -269,9 +278,9 @@ class Robot(RobotSensors):
                 pace = faster
                 rate = (corner - at) * (pace / distance)
                 at = at + rate * TICK
-                self.command(at[:7], rate[:7])
+                self.command(at[:joints], rate[:joints])
                 if self.has_carriage:
-                    self.command_base(at[7:], rate[7:])
+                    self.command_base(at[joints:], rate[joints:])
                 yield
         self.hold()
 
@@ -292,7 +301,7 @@ class Robot(RobotSensors):
         A joint that follows is a tick ahead: its motor gets a position and the speed there at once.
 
         Returns:
-            Joint positions (7,), rad, and speeds (7,), rad/s.
+            Joint positions, rad, and speeds, rad/s.
         """
         state = self.read_sensors()
         qd = np.array(state.qd)
@@ -329,7 +338,7 @@ class Robot(RobotSensors):
         Returns:
             Tool position (3,) in B, m, and yaw, rad in (-π, π].
         """
-        p_BT, R_BT, _ = forward_kinematics(self.q_command[None, :])
+        p_BT, R_BT, _ = forward_kinematics(self.model, self.q_command[None, :])
         return p_BT[0], float(np.arctan2(R_BT[0, 1, 0], R_BT[0, 0, 0]))
 
     def tracking_distance(self, state: RobotState) -> float:
@@ -344,7 +353,7 @@ class Robot(RobotSensors):
             The distance, m, of joints and base together.
         """
         errors = tuple(map(sub, self.q_command.tolist(), state.q))
-        return max_link_speed(state.q, errors, self.base_tracking_error(state))
+        return max_link_speed(self.model, state.q, errors, self.base_tracking_error(state))
 
     def base_tracking_error(self, state: RobotState) -> Triple:
         """Compute the way of the carriage to its set point.
@@ -382,25 +391,23 @@ def _braking(time: float) -> Iterator[tuple[float, float]]:
         yield (left if tick < even else 0.0), way
 
 
-_FOLLOWED_POINTS: Final = tuple(
-    tuple(
-        dict.fromkeys(
-            (
-                *(end for capsule in CAPSULES if capsule.joint == joint for end in (capsule.a, capsule.b)),
-                *((PANDA_BODY.tool_offset,) if joint == len(PANDA_BODY.dh_rows) else ()),
-            )
+@cache
+def _followed_chain(arm: RobotModel) -> tuple[tuple[Mounting, tuple[Triple, ...]], ...]:
+    """Return for each joint its `Mounting` and the points that it carries, in its frame, m."""
+    followed = (
+        (
+            *(end for capsule in arm.capsules if capsule.joint == joint for end in (capsule.a, capsule.b)),
+            *((arm.body.tool_offset,) if joint == arm.joint_count else ()),
         )
+        for joint in range(1, arm.joint_count + 1)
     )
-    for joint in range(1, len(PANDA_BODY.dh_rows) + 1)
-)
-
-_CHAIN: Final = tuple(
-    (*mounting_of(row), points) for row, points in zip(PANDA_BODY.dh_rows, _FOLLOWED_POINTS, strict=True)
-)
-"""For each joint its `Mounting` and the points that it carries, in its frame, m."""
+    return tuple(
+        (mounting, tuple(dict.fromkeys(points)))
+        for mounting, points in zip(arm.mountings, followed, strict=True)
+    )
 
 
-def max_link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> float:
+def max_link_speed(arm: RobotModel, q: Sequence[float], rates: Sequence[float], base: Triple) -> float:
     """Compute the speed in W of the fastest link.
 
     Of each link it follows both ends of its capsule's axis, and of the hand also the tool point. A link is
@@ -409,8 +416,9 @@ def max_link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> 
     z·q̇, both rotated.
 
     Args:
-        q: joint positions (7), rad.
-        rates: joint speeds (7), rad/s.
+        arm: the robot.
+        q: joint positions, rad.
+        rates: joint speeds, rad/s.
         base: velocity of the arm's base in W, m/s; the base does not rotate.
 
     Returns:
@@ -421,7 +429,7 @@ def max_link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> 
     vx, vy, vz = base
     wx = wy = wz = 0.0
     fastest = vx * vx + vy * vy + vz * vz
-    for (x, y, z, ca, sa, points), position, rate in zip(_CHAIN, q, rates, strict=True):
+    for ((x, y, z, ca, sa), points), position, rate in zip(_followed_chain(arm), q, rates, strict=True):
         vx, vy, vz = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x
         vy, vz = ca * vy + sa * vz, ca * vz - sa * vy
         wy, wz = ca * wy + sa * wz, ca * wz - sa * wy
@@ -437,7 +445,7 @@ def max_link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> 
     return sqrt(fastest)
 
 
-def braking_link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> float:
+def braking_link_speed(arm: RobotModel, q: Sequence[float], rates: Sequence[float], base: Triple) -> float:
     """Bound the speed in W of the fastest link, now and while arm and carriage brake.
 
     A link moves at v = a + b, of arm and carriage. Both brake evenly, but not equally long, so that v(t) =
@@ -446,14 +454,15 @@ def braking_link_speed(q: Sequence[float], rates: Sequence[float], base: Triple)
     changes while it brakes, by 0.01 rad at the speeds that are allowed near people.
 
     Args:
-        q: joint positions (7), rad.
-        rates: joint speeds (7), rad/s.
+        arm: the robot.
+        q: joint positions, rad.
+        rates: joint speeds, rad/s.
         base: velocity of the arm's base in W, m/s.
 
     Returns:
         The speed, m/s.
     """
-    fastest = max_link_speed(q, rates, base)
+    fastest = max_link_speed(arm, q, rates, base)
     if max(map(abs, base)) < _STANDING_SPEED:
         return fastest
-    return max(fastest, max_link_speed(q, rates, (0.0, 0.0, 0.0)))
+    return max(fastest, max_link_speed(arm, q, rates, (0.0, 0.0, 0.0)))

@@ -7,14 +7,15 @@ is reported is one; links that overlap by less than their radii, 10 mm together,
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from math import dist
 from typing import Final
 
 import numpy as np
 
-from aeros.kinematic_chain import JointFrame, Triple, frames_of, mounting_of, pairs_that_may_meet
-from aeros.sim.robot.body import PANDA_BODY
+from aeros.kinematic_chain import JointFrame, Triple, frames_of, pairs_that_may_meet
 from aeros.sim.robot.limits import Vector
+from aeros.sim.robot.model import RobotModel
 
 _MAX_STEPS: Final = 30
 """Greatest number of directions to try for two links."""
@@ -23,31 +24,33 @@ _CONTACT: Final = 1e-3
 """Distance of two links' corners at which they count as touching, m."""
 
 
-def find_self_contact(q: Sequence[float]) -> tuple[str, str] | None:
+def find_self_contact(arm: RobotModel, q: Sequence[float]) -> tuple[str, str] | None:
     """Search for two links that touch.
 
     Args:
-        q: joint positions (7), rad.
+        arm: the robot.
+        q: joint positions, rad.
 
     Returns:
         The names of the links, or None if no two touch.
     """
-    frames = frames_of(_MOUNTINGS, q)
-    middles = {hull.link: frames[hull.joint].to_base(_MIDDLES[hull.link]) for hull in PANDA_BODY.hulls}
+    shapes = _shapes_of(arm)
+    frames = frames_of(shapes.mountings, q)
+    middles = {link: frames[joint].to_base(shapes.middles[link]) for link, joint in shapes.joints.items()}
     corners: dict[str, Vector] = {}
-    for inner, outer in _PAIRS:
-        if dist(middles[inner], middles[outer]) >= _REACHES[inner] + _REACHES[outer]:
+    for inner, outer in shapes.pairs:
+        if dist(middles[inner], middles[outer]) >= shapes.reaches[inner] + shapes.reaches[outer]:
             continue
         for link in (inner, outer):
             if link not in corners:
-                corners[link] = _to_base(frames[_JOINTS[link]], link)
+                corners[link] = _to_base(frames[shapes.joints[link]], shapes.corners[link])
         if _touch(corners[inner], corners[outer]):
             return inner, outer
     return None
 
 
-def _to_base(frame: JointFrame, link: str) -> Vector:
-    points: Vector = _CORNERS[link] @ np.array((frame.x, frame.y, frame.z)) + np.array(frame.origin)
+def _to_base(frame: JointFrame, corners: Vector) -> Vector:
+    points: Vector = corners @ np.array((frame.x, frame.y, frame.z)) + np.array(frame.origin)
     return points
 
 
@@ -66,20 +69,27 @@ def _touch(a: Vector, b: Vector) -> bool:
     return False
 
 
-_MOUNTINGS: Final = tuple(mounting_of(row) for row in PANDA_BODY.dh_rows)
-_PAIRS: Final = tuple(
-    (inner.link, outer.link)
-    for inner, outer in pairs_that_may_meet(PANDA_BODY.hulls, PANDA_BODY.exempt_pairs)
-)
-_CORNERS: Final = {hull.link: np.array(hull.corners) for hull in PANDA_BODY.hulls}
-_JOINTS: Final = {hull.link: hull.joint for hull in PANDA_BODY.hulls}
-_MIDDLES: Final[dict[str, Triple]] = {
-    link: tuple(points.mean(axis=0).tolist()) for link, points in _CORNERS.items()
-}
-"""Mean of each link's corners, in its joint's frame, m."""
+class _Shapes:
+    """Corners of a robot's links, and the pairs of links that may meet."""
 
-_REACHES: Final = {
-    link: float(np.linalg.norm(points - points.mean(axis=0), axis=1).max())
-    for link, points in _CORNERS.items()
-}
-"""Greatest distance of each link's corners from their mean, m."""
+    def __init__(self, arm: RobotModel) -> None:
+        self.mountings = arm.mountings
+        self.pairs = tuple(
+            (inner.link, outer.link)
+            for inner, outer in pairs_that_may_meet(arm.body.hulls, arm.body.exempt_pairs)
+        )
+        self.corners = {hull.link: np.array(hull.corners) for hull in arm.body.hulls}
+        self.joints = {hull.link: hull.joint for hull in arm.body.hulls}
+        # Mean of each link's corners in its joint's frame, and their greatest distance from it, m.
+        self.middles: dict[str, Triple] = {
+            link: tuple(points.mean(axis=0).tolist()) for link, points in self.corners.items()
+        }
+        self.reaches = {
+            link: float(np.linalg.norm(points - points.mean(axis=0), axis=1).max())
+            for link, points in self.corners.items()
+        }
+
+
+@cache
+def _shapes_of(arm: RobotModel) -> _Shapes:
+    return _Shapes(arm)

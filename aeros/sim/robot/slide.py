@@ -14,10 +14,10 @@ import numpy as np
 
 from aeros.runtime.ports import JointPath, ServoBounds, Trajectory
 from aeros.sim.clock import TICK
-from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.errors import ActionRejectedError, BlockedError
 from aeros.sim.robot.kinematics import ik_step
-from aeros.sim.robot.limits import QD_MAX, QDD_MAX, Vector
+from aeros.sim.robot.limits import Vector
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.motions import (
     ARM,
     NO_TRAVEL,
@@ -44,10 +44,6 @@ _CONTACT_SPEED_STEP: Final = 0.5 * TICK
 
 _SERVO_GAIN: Final = 0.6
 """Share of the way to the servo target made per tick: smooth, and lags by about a tick."""
-
-_SERVO_RATE: Final = QD_MAX / 2.0
-_SERVO_RATE_STEP: Final = QDD_MAX * TICK / 2.0
-"""Greatest speed of a joint under feedback, rad/s, and change of it per tick."""
 
 _FORCE_GAIN: Final = 0.0005
 """Integral force control: m/s of z per N of error."""
@@ -109,16 +105,19 @@ def plan_slide(robot: Robot, parameters: ActionParameters, base_motion: Trajecto
     try:
         # The speed of both along and down together must not exceed `speed`; at least half of it goes along.
         along = sqrt(max(speed * speed - _CONTACT_SPEED * _CONTACT_SPEED, speed * speed / 4.0))
-        ticks = line_profile(q, (start, yaw), (_at_height(target, start[2]), yaw), along).ticks
+        ticks = line_profile(robot.model, q, (start, yaw), (_at_height(target, start[2]), yaw), along).ticks
         # Paths for every height of the surface: down over the start, then along at that height.
-        paths = [line_path(q, (start, yaw), (_at_height(start, lowest), yaw))]
+        paths = [line_path(robot.model, q, (start, yaw), (_at_height(start, lowest), yaw))]
         heights = np.arange(lowest, max(start[2], lowest) + _SLIDE_PATH_SPACING, _SLIDE_PATH_SPACING)
-        paths += [line_path(q, (_at_height(start, h), yaw), (_at_height(target, h), yaw)) for h in heights]
+        paths += [
+            line_path(robot.model, q, (_at_height(start, h), yaw), (_at_height(target, h), yaw))
+            for h in heights
+        ]
     except UnreachableError as reason:
         raise ActionRejectedError(f"unreachable: {reason}") from reason
     ticks = max(ticks, 120)
-    servo = _servo_plan(float(np.linalg.norm((target - start)[:2])), ticks * TICK)
-    trajectory = Trajectory(PANDA_BODY, tuple(paths), base, NO_TRAVEL, ticks * TICK, servo)
+    servo = _servo_plan(robot.model, float(np.linalg.norm((target - start)[:2])), ticks * TICK)
+    trajectory = Trajectory(robot.model.body, tuple(paths), base, NO_TRAVEL, ticks * TICK, servo)
     return PreparedMotion(trajectory, _slide(robot, target, force, ticks, lowest, _SlidePaths(paths)), ARM)
 
 
@@ -126,14 +125,14 @@ def _at_height(p: Vector, height: float) -> Vector:
     return np.array([p[0], p[1], height])
 
 
-def _servo_plan(distance: float, duration: float) -> ServoBounds:
+def _servo_plan(arm: RobotModel, distance: float, duration: float) -> ServoBounds:
     """Return the bounds that `_servo_tick` keeps: of the joints, and of the set point along and in height."""
     rise = _CONTACT_SPEED_STEP / TICK
     return ServoBounds(
-        joint_tolerance=(_MAX_PATH_DEVIATION,) * 7,
-        speed=tuple((QD_MAX / 2.0).tolist()),
-        acceleration=tuple((QDD_MAX / 2.0).tolist()),
-        jerk=tuple((QDD_MAX / TICK).tolist()),
+        joint_tolerance=(_MAX_PATH_DEVIATION,) * arm.joint_count,
+        speed=tuple((arm.limits.speed / 2.0).tolist()),
+        acceleration=tuple((arm.limits.acceleration / 2.0).tolist()),
+        jerk=tuple((arm.limits.acceleration / TICK).tolist()),
         tool_speed=hypot(PEAK_TO_MEAN * distance / duration, _CONTACT_SPEED),
         tool_acceleration=hypot(ACCELERATION_TO_MEAN * distance / duration**2, rise),
         tool_jerk=hypot(JERK_TO_MEAN * distance / duration**3, 2.0 * rise / TICK),
@@ -150,8 +149,8 @@ class _SlidePaths:
         a, b, c, d = (corners[:, corner, None, :] for corner in range(4))
         points = v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d
         # A row for each joint: sums and extremes over joints then add whole rows, in half the time.
-        self._starts = np.ascontiguousarray(points[:, :-1].reshape(-1, 7).T)
-        self._chords = np.ascontiguousarray(np.diff(points, axis=1).reshape(-1, 7).T)
+        self._starts = np.ascontiguousarray(points[:, :-1].reshape(-1, points.shape[-1]).T)
+        self._chords = np.ascontiguousarray(np.diff(points, axis=1).reshape(-1, points.shape[-1]).T)
         self._squares = np.maximum((self._chords**2).sum(axis=0), _TINY)
         self._last_query: tuple[Vector, Vector] | None = None
 
@@ -214,11 +213,12 @@ def _slide(
 
 def _servo_tick(robot: Robot, p_BT: Vector, yaw: float, paths: _SlidePaths) -> None:
     """Servo for one tick, with at most half of any joint's speed and acceleration limit."""
-    here = robot.q_command
-    rate = _SERVO_GAIN * (ik_step(p_BT, yaw, here, paths.posture(here)) - here) / TICK
+    here, limits = robot.q_command, robot.model.limits
+    fastest, step = limits.speed / 2.0, limits.acceleration * TICK / 2.0
+    rate = _SERVO_GAIN * (ik_step(robot.model, p_BT, yaw, here, paths.posture(here)) - here) / TICK
     before = robot.qd_command
-    rate = np.minimum(np.maximum(rate, -_SERVO_RATE), _SERVO_RATE)
-    rate = np.minimum(np.maximum(rate, before - _SERVO_RATE_STEP), before + _SERVO_RATE_STEP)
+    rate = np.minimum(np.maximum(rate, -fastest), fastest)
+    rate = np.minimum(np.maximum(rate, before - step), before + step)
     q = here + rate * TICK
     paths.posture(q)
     robot.command(q, rate)

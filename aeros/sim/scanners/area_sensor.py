@@ -16,6 +16,7 @@ from aeros.sim.clock import TICK
 from aeros.sim.geometry import Vector3
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.limits import SCANNER_RANGE
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.scanners.person_distance import PersonDistance, RobotPosture
 from aeros.sim.scanners.robot_outline import RobotOutline
 from aeros.sim.scanners.scanner_set import ScannerSet
@@ -60,7 +61,8 @@ class AreaSensor:
         scanners: the scanners.
         cell: what their rays meet; surveyed as it is now.
         chance: random source of noise and losses.
-        carriage: the robot stands on its carriage.
+        robot: the robot.
+        carriage: it stands on its carriage.
 
     Attributes:
         devices: the scanners, which faults may cover or silence.
@@ -68,14 +70,25 @@ class AreaSensor:
     """
 
     def __init__(
-        self, scanners: AreaScanners, cell: ScannedCell, chance: RandomSource, *, carriage: bool
+        self,
+        scanners: AreaScanners,
+        cell: ScannedCell,
+        chance: RandomSource,
+        robot: RobotModel,
+        *,
+        carriage: bool,
     ) -> None:
+        self._model = robot
         self._cell = cell
         self._period = scanners.period / TICK
         self._latency = ceil(scanners.latency / TICK - 1e-9)
-        self.devices = ScannerSet(scanners, chance, carriage=carriage)
+        self.devices = ScannerSet(scanners, chance, robot, carriage=carriage)
         self._controller = PersonDistance(
-            scanners, self.devices.teach(cell.furniture()), carriage=carriage, farthest=SCANNER_RANGE
+            scanners,
+            self.devices.teach(cell.furniture()),
+            robot,
+            carriage=carriage,
+            farthest=SCANNER_RANGE,
         )
         self._scans = 0
         self._under_way: deque[tuple[int, Reading]] = deque()
@@ -132,7 +145,7 @@ class AreaSensor:
 
     def _low_joints(self, joints: Sequence[float], base: Vector3) -> Sequence[float]:
         """Return the joint positions of an arm that reaches down to the plane; else none."""
-        outline = RobotOutline(joints, base, carriage=False)
+        outline = RobotOutline(self._model, joints, base, carriage=False)
         return joints if outline.reaches_down_to(self._plane) else ()
 
     def _deliver(self, tick: int) -> None:

@@ -17,6 +17,7 @@ from typing import Final
 import numpy as np
 
 from aeros.sim.geometry import Vector3
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.scanners.ray_fan import Array, ray_fan
 from aeros.sim.scanners.robot_outline import RobotOutline
 from aeros.sim.scanners.sight_grid import SightGrid
@@ -39,7 +40,7 @@ class RobotPosture:
     """Posture of the robot by its own sensors.
 
     Attributes:
-        joints: joint positions (7), rad.
+        joints: joint positions, rad.
         base: position of the arm's base by odometry, m.
     """
 
@@ -53,11 +54,15 @@ class PersonDistance:
     Args:
         scanners: the scanners.
         taught: length of each ray in the cell as it was surveyed, with nobody and no robot in it (n,), m.
-        carriage: the robot stands on its carriage.
+        robot: the robot.
+        carriage: it stands on its carriage.
         farthest: distance if nobody is there, m.
     """
 
-    def __init__(self, scanners: AreaScanners, taught: Array, *, carriage: bool, farthest: float) -> None:
+    def __init__(
+        self, scanners: AreaScanners, taught: Array, robot: RobotModel, *, carriage: bool, farthest: float
+    ) -> None:
+        self._robot = robot
         self._fan = ray_fan(scanners)
         self._plane = scanners.floor + scanners.height
         self._allowance = scanners.allowance
@@ -107,4 +112,4 @@ class PersonDistance:
     def _outline(self, posture: RobotPosture) -> RobotOutline:
         x, y, z = posture.base
         dx, dy = self._displacement.tolist()
-        return RobotOutline(posture.joints, (x + dx, y + dy, z), carriage=self._carriage)
+        return RobotOutline(self._robot, posture.joints, (x + dx, y + dy, z), carriage=self._carriage)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.kinematic_chain import frames_of, mounting_of
+from aeros.kinematic_chain import frames_of
 from aeros.sim.geometry import Vector3
-from aeros.sim.robot.body import CAPSULES, PANDA_BODY
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import CARRIAGE_EDGES
 from aeros.sim.scanners.ray_fan import Array
 
@@ -22,15 +22,17 @@ class RobotOutline:
     """Outline of the robot in one posture, of links that are capsules.
 
     Args:
-        joints: joint positions (7), rad.
+        arm: the robot.
+        joints: joint positions, rad.
         base: position of the arm's base, m.
         carriage: it stands on its carriage.
     """
 
-    def __init__(self, joints: Sequence[float], base: Vector3, *, carriage: bool) -> None:
+    def __init__(self, arm: RobotModel, joints: Sequence[float], base: Vector3, *, carriage: bool) -> None:
         self._base = np.array(base)
         self._carriage = carriage
-        self._from, self._to = (ends + self._base for ends in _capsule_ends(tuple(joints)))
+        self._from, self._to = (ends + self._base for ends in _capsule_ends(arm, tuple(joints)))
+        self._radii, self._feet = _radii(arm)
 
     def reaches_down_to(self, height: float) -> bool:
         """Say if a link of the arm, other than its foot, reaches down to a height.
@@ -41,8 +43,8 @@ class RobotOutline:
         Returns:
             True if one does.
         """
-        lowest = np.minimum(self._from[:, 2], self._to[:, 2]) - _RADII
-        return bool(lowest[_FEET:].min() < height)
+        lowest = np.minimum(self._from[:, 2], self._to[:, 2]) - self._radii
+        return bool(lowest[self._feet :].min() < height)
 
     def covers(self, points: Array, margin: float = 0.0) -> NDArray[np.bool_]:
         """Find points that are within the carriage.
@@ -72,7 +74,7 @@ class RobotOutline:
             True for each of them (n,).
         """
         flat = np.column_stack((points, np.full(len(points), height)))
-        within = _from_segments(flat, self._from, self._to) <= _RADII[:, None] + margin
+        within = _from_segments(flat, self._from, self._to) <= self._radii[:, None] + margin
         inside: NDArray[np.bool_] = np.logical_or.reduce(within, axis=0)
         return inside
 
@@ -85,7 +87,7 @@ class RobotOutline:
         Returns:
             The distance, m; 0 inside it.
         """
-        links = _from_segments(points, self._from[:, :2], self._to[:, :2]) - _RADII[:, None]
+        links = _from_segments(points, self._from[:, :2], self._to[:, :2]) - self._radii[:, None]
         nearest = float(links.min())
         if self._carriage:
             beyond = np.maximum(self._beyond_carriage(points), 0.0)
@@ -136,15 +138,15 @@ def _from_segments(points: Array, a: Array, b: Array) -> Array:
 
 
 @lru_cache(maxsize=4)
-def _capsule_ends(joints: tuple[float, ...]) -> tuple[Array, Array]:
+def _capsule_ends(arm: RobotModel, joints: tuple[float, ...]) -> tuple[Array, Array]:
     """Return both ends of the links' capsules (m, 3) each, in the frame of the arm's base."""
-    frames = frames_of(_MOUNTINGS, joints)
-    ends = [(frames[one.joint].to_base(one.a), frames[one.joint].to_base(one.b)) for one in CAPSULES]
+    frames = frames_of(arm.mountings, joints)
+    ends = [(frames[one.joint].to_base(one.a), frames[one.joint].to_base(one.b)) for one in arm.capsules]
     first, second = zip(*ends, strict=True)
     return np.array(first), np.array(second)
 
 
-_MOUNTINGS: Final = tuple(mounting_of(row) for row in PANDA_BODY.dh_rows)
-_RADII: Final = np.array([one.radius for one in CAPSULES])
-_FEET: Final = sum(one.joint == 0 for one in CAPSULES)
-"""Number of capsules that no joint moves; they are the first."""
+@cache
+def _radii(arm: RobotModel) -> tuple[Array, int]:
+    """Return the capsules' radii, m, and the number of capsules that no joint moves; they are the first."""
+    return np.array([one.radius for one in arm.capsules]), sum(one.joint == 0 for one in arm.capsules)

@@ -10,6 +10,7 @@ import numpy as np
 from aeros.sim.geometry import Vector3
 from aeros.sim.pictures.scene_solids import robot_solids
 from aeros.sim.randomness import RandomSource
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import CARRIAGE_EDGES
 from aeros.sim.scanners.ray_fan import Array, ray_fan
 from aeros.sim.scanners.sections import Section, cast, cut, rectangle
@@ -28,14 +29,18 @@ class ScannerSet:
     Args:
         scanners: the scanners.
         chance: random source of noise and losses.
-        carriage: the robot stands on its carriage.
+        robot: the robot.
+        carriage: it stands on its carriage.
 
     Attributes:
         covered: share of a scanner's window that is dirty or covered, from its middle, by the scanner's name.
         silent: names of scanners that send nothing.
     """
 
-    def __init__(self, scanners: AreaScanners, chance: RandomSource, *, carriage: bool) -> None:
+    def __init__(
+        self, scanners: AreaScanners, chance: RandomSource, robot: RobotModel, *, carriage: bool
+    ) -> None:
+        self._model = robot
         self._scanners = scanners
         self._plane = scanners.floor + scanners.height
         self._fan = ray_fan(scanners)
@@ -121,7 +126,7 @@ class ScannerSet:
         if self._carriage and z - height < self._plane < z:
             sections.append(rectangle((x - length / 2, y - width / 2), (x + length / 2, y + width / 2)))
         if joints:
-            links = (cut(one, self._plane) for one in robot_solids(joints, base))
+            links = (cut(one, self._plane) for one in robot_solids(self._model, joints, base))
             sections.extend(one for one in links if one is not None)
         return sections
 

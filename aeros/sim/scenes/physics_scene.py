@@ -15,7 +15,9 @@ from aeros.sim.layouts.conditions import SceneState
 from aeros.sim.layouts.placement import place_things
 from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, Marker, SeeingCamera, Survey, markers_of
 from aeros.sim.randomness import RandomSource
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import RobotOptions
+from aeros.sim.robot.robot_file import reference_robot
 from aeros.spec.model.scene import BodyPart, PositionInstrument, Scene
 from aeros.spec.model.sensor_errors import SurveyErrors
 from aeros.spec.scenes.load import require_robot
@@ -33,19 +35,23 @@ class PhysicsScene:
     Args:
         scene: the scene.
         survey: errors of surveyed places.
+        robot: the robot; None for that of the reference site.
 
     Raises:
         UserError: it has no robot or no view.
     """
 
-    def __init__(self, scene: Scene, survey: SurveyErrors = NO_SURVEY_ERRORS) -> None:
+    def __init__(
+        self, scene: Scene, survey: SurveyErrors = NO_SURVEY_ERRORS, robot: RobotModel | None = None
+    ) -> None:
         require_robot(scene)
         assert scene.robot is not None  # noqa: S101  for the type checker
         assert scene.view is not None  # noqa: S101  for the type checker
         self.scene = scene
         self._measured = tuple(scene.measured())
         self._survey_errors = survey
-        self.robot = RobotOptions(carriage=scene.robot.carriage, base=scene.robot.base)
+        mount, model = scene.robot, robot or reference_robot()
+        self.robot = RobotOptions(model, carriage=mount.carriage, base=mount.base)
         self.view = fixed_camera(scene.view)
         self.pushable_objects = scene.movable
         self.cameras: tuple[str, ...] = tuple(scene.cameras)

@@ -15,6 +15,7 @@ from aeros.sim.robot.errors import ActionRejectedError
 from aeros.skill import Action
 from aeros.spec.expr.types import BoolType, EnumType, RealType, VectorType
 from aeros.spec.model.rules import ActionKind
+from aeros.spec.model.site import Site
 
 _PEAK_TO_MEAN: Final = 1.875
 """Peak over mean speed of the minimum-jerk profile; as in `profile`, which needs NumPy."""
@@ -43,7 +44,7 @@ class SymbolicMotion(NamedTuple):
     values_after: Mapping[str, Any]
 
 
-def plan_motion(action: Action, values: Mapping[str, Any]) -> SymbolicMotion:
+def plan_motion(action: Action, values: Mapping[str, Any], site: Site | None = None) -> SymbolicMotion:
     """Compute duration and effects of an action.
 
     A kind that this plant does not know takes one tick and changes nothing.
@@ -51,6 +52,7 @@ def plan_motion(action: Action, values: Mapping[str, Any]) -> SymbolicMotion:
     Args:
         action: its kind and parameters, SI.
         values: measured values by vocabulary name, SI.
+        site: the site, which names the robot; None for the reference site.
 
     Returns:
         The motion.
@@ -58,6 +60,8 @@ def plan_motion(action: Action, values: Mapping[str, Any]) -> SymbolicMotion:
     Raises:
         ActionRejectedError: a parameter is missing, mistyped or out of range.
     """
+    if action.kind == "move_joints":
+        return _move_joints(action.parameters, values, site)
     planner = _PLANNERS.get(action.kind)
     return SymbolicMotion(TICK, {}, {}) if planner is None else planner(action.parameters, values)
 
@@ -98,13 +102,18 @@ def _move_tool(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Symb
     return SymbolicMotion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
 
 
-def _move_joints(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
+def _move_joints(
+    parameters: Mapping[str, Any], values: Mapping[str, Any], site: Site | None
+) -> SymbolicMotion:
     """Move the tool straight to where the kinematic chain has it at the target; joints are not modelled."""
-    q, speed = tuple(_number(parameters, f"q{joint}") for joint in range(1, 8)), _speed(parameters)
     # Imported here: the kinematic chain imports NumPy, which the symbolic plant otherwise avoids.
     from aeros.sim.kinematic.tool_kinematics import tool_kinematics
+    from aeros.sim.robot.robot_file import reference_robot, robot_of
 
-    target = add(tool_kinematics(q).position, values.get("base_position", (0.0, 0.0, 0.0)))
+    robot, speed = reference_robot() if site is None else robot_of(site), _speed(parameters)
+    q = tuple(_number(parameters, f"q{joint}") for joint in range(1, robot.joint_count + 1))
+
+    target = add(tool_kinematics(robot, q).position, values.get("base_position", (0.0, 0.0, 0.0)))
     duration = TICK + _PEAK_TO_MEAN * dist(values.get("tool_position", target), target) / speed
     return SymbolicMotion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
 
@@ -138,7 +147,6 @@ def _look(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicM
 _PLANNERS: Final[dict[str, Callable[[Mapping[str, Any], Mapping[str, Any]], SymbolicMotion]]] = {
     "move_tool": _move_tool,
     "slide": _move_tool,
-    "move_joints": _move_joints,
     "move_base": _move_base,
     "grip": _grip,
     "wait": _wait,

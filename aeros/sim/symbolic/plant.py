@@ -301,7 +301,7 @@ class SymbolicPlant:
             raise ActionRejectedError(f"unknown kind: `{action.kind}`")
         check_parameters(kind, action.parameters)
         asked = Action(kind.plant_word, action.parameters)
-        duration, under_way, after = plan_motion(asked, self._values)
+        duration, under_way, after = plan_motion(asked, self._values, self._site)
         return SymbolicMotion(duration, self._vocabulary_values(under_way), self._vocabulary_values(after))
 
     def _set_values(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import inspect
 from typing import Any, Final, get_args, get_origin
 
 from aeros.spec.declared import ecm, faults, people, scene, site
+from aeros.spec.declared.robots import robot
 from aeros.spec.declared.testing import site_tests
 from aeros.spec.migrations.formats import format_named
 from aeros.spec.text.fields import (
@@ -32,6 +33,7 @@ FILES: Final[dict[str, type]] = {
     "overlay": site.Overlay,
     "people": people.People,
     "faults": faults.Faults,
+    "robot": robot.Robot,
     "scene": scene.Scene,
     "tests": site_tests.SiteTests,
 }
@@ -43,6 +45,7 @@ _TITLES: Final = {
     "overlay": "AEROS overlay on a site file",
     "people": "AEROS people file",
     "faults": "AEROS faults file",
+    "robot": "AEROS robot file",
     "scene": "AEROS scene file",
     "tests": "AEROS tests of a site",
 }

@@ -203,6 +203,13 @@ class Site:
     actions: Named[ActionKind] = field(metadata={"doc": "the action kinds"})
     invariants: tuple[Invariant, ...] = field(metadata={"doc": "the invariants Φ"})
     policy: Policy = field(metadata={"doc": "the policy Π"})
+    robot: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "the robot: a name, or a robot file relative to this file, as in `robot: my_arm.yaml`; "
+            "that of the reference site if absent"
+        },
+    )
     enums: Named[tuple[Identifier, ...]] = field(
         default=MappingField(), metadata={"doc": "closed enumerations"}
     )

@@ -118,6 +118,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         },
         sensor_errors=sensor_errors,
         area_scanners=scanners,
+        robot=None if site.robot is None else site.robot.value,
         moved_by={name.value: frozenset(one.value for one in actuators) for name, actuators in site.moved_by},
     )
 

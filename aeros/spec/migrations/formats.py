@@ -33,6 +33,7 @@ SITE: Final = Format("site", "site file, policy included", (), Kind.YAML, _FIRST
 OVERLAY: Final = Format("overlay", "overlay on a site file", (), Kind.YAML, _FIRST)
 PEOPLE: Final = Format("people", "people file", (), Kind.YAML, _FIRST)
 FAULTS: Final = Format("faults", "faults file", (), Kind.YAML, _FIRST)
+ROBOT: Final = Format("robot", "robot file", (), Kind.YAML, _FIRST)
 SCENE: Final = Format(
     name="scene",
     title="scene file",
@@ -218,7 +219,7 @@ AUDIT_CHECKPOINT: Final = Format(
 )
 
 FORMATS: Final = (
-    *(ECM, SITE, OVERLAY, PEOPLE, FAULTS, SCENE, TESTS),
+    *(ECM, SITE, OVERLAY, PEOPLE, FAULTS, ROBOT, SCENE, TESTS),
     CERTIFICATE,
     *(CHECKPOINT, RUN, LATEST_RUN, IDENTITY, PHASE, QUARANTINE, CRASHES, MEMORY),
     REGISTRY,

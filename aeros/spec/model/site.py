@@ -75,6 +75,7 @@ class Site:
         moved_by: actuators without which nothing that a sensor measures changes, by the sensor's name.
         sensor_errors: errors that simulated plants give the sensors.
         area_scanners: scanners that measure how far people are; None if the site says nothing of them.
+        robot: name of the robot, or its file relative to the site's; None for that of the reference site.
         recalled_names: names of a module's variables from memory, which its conditions may not read.
     """
 
@@ -115,6 +116,7 @@ class Site:
     area_scanners: AreaScanners | None = None
     moved_by: Mapping[str, frozenset[str]] = field(default_factory=dict)
     recalled_names: frozenset[str] = frozenset()
+    robot: str | None = None
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:

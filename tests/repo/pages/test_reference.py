@@ -51,6 +51,7 @@ _WHOLE = {
     "overlay": "tests/corpus/overlay/table.yaml",
     "people": "aeros/people/across_the_room.yaml",
     "faults": "ecms/fetch_object/faults/object_slips.yaml",
+    "robot": "aeros/robots/panda.yaml",
     "scene": "ecms/fetch_object/scenes/fetch.yaml",
     "tests": "docs/examples/panda_cell_tests.yaml",
 }
@@ -60,6 +61,7 @@ _SAMPLES = {
     "overlay": ("tests/corpus/overlay/*.yaml",),
     "people": ("aeros/people/*.yaml",),
     "faults": ("aeros/faults/*.yaml", "ecms/*/faults/*.yaml"),
+    "robot": ("aeros/robots/*.yaml",),
     "scene": ("aeros/scenes/*.yaml", "ecms/*/scenes/*.yaml"),
     "tests": ("docs/examples/*.yaml", "tests/unit/cli/author/site_tests/*.yaml"),
 }

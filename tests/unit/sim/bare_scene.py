@@ -11,12 +11,13 @@ from aeros.sim.geometry import Camera
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 from tests.unit.sim.bullet.bullet_parts import as_bullet
+from tests.unit.sim.robot.panda import PANDA
 
 
 class BareScene:
     """Scene of the Panda on an empty table."""
 
-    robot = RobotOptions()
+    robot = RobotOptions(PANDA)
     view = Camera(eye=(1.3, 0.9, 0.8), target=(0.4, 0.0, 0.2))
     pushable_objects: tuple[str, ...] = ()
     cameras: tuple[str, ...] = ()

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeros.sim.clock import TICK
-from aeros.sim.robot.body import CAPSULES, PANDA_BODY
 from aeros.sim.sensors import GroundTruth
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr.terms import Literal
 from aeros.spec.text.discovery import reference_site_path
+from tests.unit.sim.robot.panda import CAPSULES, PANDA_BODY
 
 Vector = NDArray[np.float64]
 

@@ -26,6 +26,7 @@ from aeros.sim.robot.errors import BlockedError
 from aeros.sim.robot.robot import RobotOptions
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow
+from tests.unit.sim.robot.panda import PANDA
 
 JOINTS = {"q1": 0.3, "q2": -0.7, "q3": 0.0, "q4": -2.3, "q5": 0.0, "q6": 1.6, "q7": 0.8}
 TURN = act("move_joints", **JOINTS, speed=0.5)
@@ -42,7 +43,7 @@ class Bench(FixedStepPlant):
         self.ticks = 0
         self.sees = b"cup"
         self.blocked_at = inf
-        self.arm = Pressed(RobotOptions(carriage=True), ObjectSet((), ()))
+        self.arm = Pressed(RobotOptions(PANDA, carriage=True), ObjectSet((), ()))
         super().__init__(self.arm, ("mast",))
 
     def now(self) -> float:

@@ -16,7 +16,6 @@ from aeros.sim.fixed_step_plant import CAMERA_TICKS
 from aeros.sim.layouts.cameras import fixed_camera
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import RandomSource
-from aeros.sim.robot.limits import Q_MAX, Q_MIN, QD_MAX, QDD_MAX, TAU_MAX
 from aeros.sim.robot.robot import RobotOptions
 from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.skill import Action, act
@@ -26,6 +25,7 @@ from tests.unit.sim.acting import allow, execute, recording
 from tests.unit.sim.bare_scene import BareScene
 from tests.unit.sim.bullet.bullet_parts import as_bullet
 from tests.unit.sim.referee import Referee
+from tests.unit.sim.robot.panda import PANDA, Q_MAX, Q_MIN, QD_MAX, QDD_MAX, TAU_MAX
 
 pytestmark = pytest.mark.physics
 
@@ -40,7 +40,7 @@ class CubeOnBlock(BareScene):
 
     def __init__(self, *, carriage: bool = False) -> None:
         if carriage:
-            self.robot = RobotOptions(carriage=True, base=(0.0, 0.0, 0.3))
+            self.robot = RobotOptions(PANDA, carriage=True, base=(0.0, 0.0, 0.3))
 
     def build(self, engine: Engine, robot: PhysicalRobot, chance: RandomSource) -> None:
         world = as_bullet(engine.world)
@@ -167,7 +167,7 @@ def test_a_slide_holds_the_asked_force(plant: PhysicsPlant) -> None:
     forces: list[float] = []
 
     def press(now: float, values: Mapping[str, Any]) -> str | None:
-        forces.append(sum(as_bullet(plant._world).forces_by_link(plant._panda.body).values()))
+        forces.append(sum(as_bullet(plant._world).forces_by_link(plant._simulated.body).values()))
         return None
 
     assert execute(

@@ -19,7 +19,6 @@ from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Ball, MotionCompletion, MotionHandle, PlannedMotion, RobotBody, Trajectory
 from aeros.sim.clock import TICK
 from aeros.sim.physics import PhysicsPlant
-from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.robot import BASE_ACCELERATION_MAX
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -28,6 +27,7 @@ from aeros.spec.expr.scope import AxisAlignedBox as Volume
 from aeros.spec.model.motion import Barrier, MotionPolicy
 from aeros.spec.text.discovery import reference_site_path
 from tests.unit.sim.acting import allow, recording
+from tests.unit.sim.robot.panda import PANDA_BODY
 
 DRIVE = act("move_base", x=-0.4, y=0.3, speed=0.4)
 OPEN = act("grip", width=0.02, force=10.0)

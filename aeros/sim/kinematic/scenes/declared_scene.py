@@ -21,7 +21,9 @@ from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, SeeingCamera, Survey, mar
 from aeros.sim.pictures.late_picture import LatePicture
 from aeros.sim.pictures.scene_solids import SceneSolids, carriage_solid, decals_of, robot_solids
 from aeros.sim.randomness import RandomSource
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import RobotOptions, RobotState
+from aeros.sim.robot.robot_file import reference_robot
 from aeros.sim.scanners.sections import Section, cut
 from aeros.spec.model.scene import (
     Basin,
@@ -46,19 +48,23 @@ class DeclaredScene:
     Args:
         scene: the scene.
         survey: errors of surveyed places.
+        robot: the robot; None for that of the reference site.
 
     Raises:
         UserError: it has no robot or no view.
     """
 
-    def __init__(self, scene: Scene, survey: SurveyErrors = NO_SURVEY_ERRORS) -> None:
+    def __init__(
+        self, scene: Scene, survey: SurveyErrors = NO_SURVEY_ERRORS, robot: RobotModel | None = None
+    ) -> None:
         require_robot(scene)
         assert scene.robot is not None  # noqa: S101  for the type checker
         self.scene = scene
         self._measured = tuple(scene.measured())
         self._survey_errors = survey
         self._ticks = 0
-        self.robot = RobotOptions(carriage=scene.robot.carriage, base=scene.robot.base)
+        mount, model = scene.robot, robot or reference_robot()
+        self.robot = RobotOptions(model, carriage=mount.carriage, base=mount.base)
         self.cameras: tuple[str, ...] = tuple(scene.cameras)
         self.initial_cameras: tuple[str, ...] = tuple(
             name for name, camera in scene.cameras.items() if camera.at_start
@@ -155,7 +161,7 @@ class DeclaredScene:
             KeyError: there is no such camera.
         """
         view = camera_in_world(self.scene.cameras[camera], state.base_position, state.tool_position, yaw)
-        solids = [*self._solids.placed(self), *robot_solids(state.q, state.base_position)]
+        solids = [*self._solids.placed(self), *robot_solids(self.robot.model, state.q, state.base_position)]
         if self.robot.carriage:
             solids.append(carriage_solid(state.base_position))
         return LatePicture(camera, time, view, solids, decals_of(self._coatings))

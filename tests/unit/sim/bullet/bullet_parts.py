@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.robot import BulletRobot
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.engine.world import EngineWorld
@@ -14,7 +14,7 @@ def as_bullet(world: EngineWorld) -> PhysicsWorld:
     return world
 
 
-def as_panda(robot: PhysicalRobot) -> Panda:
+def as_panda(robot: PhysicalRobot) -> BulletRobot:
     """Return a robot that is one of PyBullet."""
-    assert isinstance(robot, Panda)
+    assert isinstance(robot, BulletRobot)
     return robot

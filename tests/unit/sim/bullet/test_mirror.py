@@ -11,7 +11,7 @@ import pytest
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.engine import BulletEngine
 from aeros.sim.bullet.mirror import BASE_LINK, SceneMirror, bodies_of, poses_of, shapes_of
-from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.robot import BulletRobot
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.engine.people import People, Person, Waypoint
 from aeros.sim.geometry import UPRIGHT, Camera, Pose, yaw_orientation
@@ -33,7 +33,7 @@ OFF_CENTRE = """<robot name="club"><link name="club">
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_mirrored_scene_looks_the_same_to_the_pixel(name: str) -> None:
     scene, world, other = PhysicsScene(shipped_scene(name)), PhysicsWorld(), PhysicsWorld()
-    robot = Panda(world, scene.robot)
+    robot = BulletRobot(world, scene.robot)
     engine = BulletEngine(world)
     scene.build(engine, robot, RandomSource(0))
     People(engine, robot.body, [Person("guest", (Waypoint((0.5, 0.45)),))], RandomSource(0))

@@ -13,7 +13,6 @@ from aeros.runtime.bus.listened_plant import ListenedPlant
 from aeros.runtime.ports import Plant
 from aeros.sim.conformance.suite import PlantUnderTest
 from aeros.sim.kinematic.plant import make_plant as make_kinematic
-from aeros.sim.robot.limits import QDD_MAX
 from aeros.sim.robot.robot import BASE_ACCELERATION_MAX
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import act
@@ -25,6 +24,7 @@ from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.hosting.hosted import Hosted
+from tests.unit.sim.robot.panda import QDD_MAX
 
 REACH: Final = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
 """From where the arm begins, about a second; two joints then move at about 1 rad/s."""

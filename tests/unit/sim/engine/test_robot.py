@@ -10,10 +10,10 @@ import pytest
 from aeros.sim.engine.engine import Engine
 from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.randomness import RandomSource
-from aeros.sim.robot.kinematics import READY_POSTURE
 from aeros.sim.robot.odometry import WheelOdometry
 from aeros.sim.robot.robot import RobotOptions
 from tests.unit.sim.engine.engines import engine
+from tests.unit.sim.robot.panda import PANDA, READY_POSTURE
 
 pytestmark = pytest.mark.physics
 
@@ -21,7 +21,7 @@ __all__ = ["engine"]
 
 
 def add(engine: Engine, *, carriage: bool = False) -> PhysicalRobot:
-    return engine.add_robot(RobotOptions(carriage=carriage), WheelOdometry(RandomSource(0)))
+    return engine.add_robot(RobotOptions(PANDA, carriage=carriage), WheelOdometry(RandomSource(0)))
 
 
 def test_a_robot_that_holds_does_not_move(engine: Engine) -> None:

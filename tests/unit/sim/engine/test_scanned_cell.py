@@ -31,7 +31,7 @@ def plant() -> Iterator[PhysicsPlant]:
 def test_rays_meet_what_those_of_pybullet_meet(plant: PhysicsPlant) -> None:
     scanners = reference_scanners()
     fan, height = ray_fan(scanners), scanners.floor + scanners.height
-    cell = PhysicsCell(plant._engine, plant._panda, plant._people, height)
+    cell = PhysicsCell(plant._engine, plant._simulated, plant._people, height)
     _, base = cell.robot()
     people = cell.people()
     assert [type(one) for one in people] == [Disc]  # who stands on the floor of the cell, as none was given

@@ -12,7 +12,7 @@ import pytest
 
 from aeros.runtime.ports import CameraPicture, CameraView, MotionCompletion
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.robot import BulletRobot
 from aeros.sim.engine.engine import Engine
 from aeros.sim.engine.people import Person, Waypoint
 from aeros.sim.engine.robot import PhysicalRobot
@@ -368,7 +368,7 @@ def test_of_several_faults_on_one_part_the_worst_counts_until_it_is_over(faulty_
     one = faulty_plant(fault(PadFrictionFault(0.5, 24), name="a"), fault(PadFrictionFault(0.2, 12), name="b"))
     frictions: list[float] = []
     robot = one.plant._robot
-    assert isinstance(robot, Panda)
+    assert isinstance(robot, BulletRobot)
     set_friction = robot.set_finger_friction
 
     def spy(friction: float) -> None:

@@ -12,12 +12,12 @@ from aeros.sim.geometry import Pose, yaw_orientation
 from aeros.sim.kinematic.objects import GraspableObject, ObjectSet, slab
 from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
 from aeros.sim.kinematic.tool_kinematics import tool_kinematics
-from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED
 from aeros.sim.robot.robot import RobotOptions
+from tests.unit.sim.robot.panda import FINGER_GAP_MAX, FINGER_SPEED, PANDA
 
 Q = np.array([0.0, -0.4, 0.0, -1.9, 0.0, 1.5, pi / 4])
 STILL = np.zeros(7)
-TOOL = tool_kinematics(Q.tolist())
+TOOL = tool_kinematics(PANDA, Q.tolist())
 STEP = 2.0 * FINGER_SPEED * TICK
 
 
@@ -26,7 +26,7 @@ def robot(
 ) -> KinematicRobot:
     """Its hand points down over a table of this height."""
     made = KinematicRobot(
-        RobotOptions(base=base, carriage=True), ObjectSet(things, [slab(0.0, 0.0, top, 9.0, 9.0)])
+        RobotOptions(PANDA, base=base, carriage=True), ObjectSet(things, [slab(0.0, 0.0, top, 9.0, 9.0)])
     )
     made.command(Q, STILL)
     made.tick()
@@ -47,7 +47,7 @@ def test_a_set_point_is_reached_in_the_next_tick() -> None:
     made.tick()
     state = made.read_sensors()
     assert (state.q, state.qd) == (tuple(q.tolist()), (0.5,) * 7)
-    assert state.tool_position == pytest.approx(tool_kinematics(q.tolist()).position)
+    assert state.tool_position == pytest.approx(tool_kinematics(PANDA, q.tolist()).position)
 
 
 def test_the_base_carries_the_arm() -> None:

@@ -5,17 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aeros.sim.mujoco.drives import CORRECTION_TORQUE, MujocoDrives
+from aeros.sim.mujoco.drives import MujocoDrives
 from aeros.sim.mujoco.engine import MujocoEngine
-from aeros.sim.mujoco.panda import MujocoPanda
+from aeros.sim.mujoco.robot import MujocoRobot
 from aeros.sim.randomness import RandomSource
-from aeros.sim.robot.kinematics import READY_POSTURE
-from aeros.sim.robot.limits import TAU_MAX
 from aeros.sim.robot.odometry import WheelOdometry
 from aeros.sim.robot.robot import RobotOptions
 from tests.unit.sim.engine.engines import GREY
+from tests.unit.sim.robot.panda import PANDA, READY_POSTURE, TAU_MAX
 
-Arm = tuple[MujocoEngine, MujocoPanda, MujocoDrives]
+Arm = tuple[MujocoEngine, MujocoRobot, MujocoDrives]
 
 pytestmark = pytest.mark.physics
 
@@ -23,11 +22,11 @@ pytestmark = pytest.mark.physics
 @pytest.fixture
 def arm() -> Arm:
     engine = MujocoEngine()
-    robot = engine.add_robot(RobotOptions(), WheelOdometry(RandomSource(0)))
+    robot = engine.add_robot(RobotOptions(PANDA), WheelOdometry(RandomSource(0)))
     return engine, robot, robot._drives
 
 
-def swing(engine: MujocoEngine, robot: MujocoPanda, rate: float, ticks: int) -> None:
+def swing(engine: MujocoEngine, robot: MujocoRobot, rate: float, ticks: int) -> None:
     """Turn the first joint, evenly after a tenth of a second."""
     q = robot.q_command
     for tick in range(1, ticks + 1):
@@ -63,7 +62,7 @@ def test_an_obstacle_meets_the_correction_alone(arm: Arm) -> None:
     at_rest = drives.efforts[0]
     swing(engine, robot, 0.5, 360)
     assert engine.world.contacts(post, robot.body)
-    assert abs(drives.efforts[0] - at_rest) <= CORRECTION_TORQUE[0] + 1.0
+    assert abs(drives.efforts[0] - at_rest) <= PANDA.servos.correction[0] + 1.0
     assert 5.0 < robot.contact_force() < 150.0
     assert float(robot.q_command[0]) - drives.positions[0] > 0.05
 

@@ -12,6 +12,7 @@ from aeros.sim.mujoco.plans import ShapePlan
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.odometry import WheelOdometry
 from aeros.sim.robot.robot import RobotOptions
+from tests.unit.sim.robot.panda import PANDA
 
 pytestmark = pytest.mark.physics
 
@@ -35,7 +36,7 @@ def test_a_body_that_falls_leaves_the_picture() -> None:
 @pytest.mark.parametrize("carriage", [False, True])
 def test_the_robot_is_seen_with_its_carriage(carriage: bool) -> None:
     engine = MujocoEngine()
-    engine.add_robot(RobotOptions(carriage=carriage), WheelOdometry(RandomSource(0)))
+    engine.add_robot(RobotOptions(PANDA, carriage=carriage), WheelOdometry(RandomSource(0)))
     seen = engine.world.renderer.render(Camera((3.0, 0.0, -0.1), (0.0, 0.0, -0.1), width=64, height=48))
     assert float(seen.depth[24, 32]) == pytest.approx(2.75 if carriage else 5.0, abs=0.01)
     assert middle(engine) < 3.2

@@ -12,6 +12,7 @@ from aeros.sim.kinematic.plant import make_plant as make_kinematic
 from aeros.sim.physics import make_plant
 from aeros.sim.pictures.scene_solids import robot_solids
 from tests.shipped_scenes import shipped_scene
+from tests.unit.sim.robot.panda import PANDA
 
 
 def arrays(picture: CameraPicture) -> tuple[np.ndarray, np.ndarray]:
@@ -35,7 +36,7 @@ def test_both_simulators_see_the_same_start(scene: str, camera: str) -> None:
 
 def test_the_robots_links_reach_from_its_foot_to_its_fingers() -> None:
     joints = (0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785)
-    placed = list(robot_solids(joints, (1.0, 2.0, 0.5)))
+    placed = list(robot_solids(PANDA, joints, (1.0, 2.0, 0.5)))
     assert len(placed) == 10
     lowest = min(one.middle[2] - one.solid.radius for one in placed)
     assert lowest < 0.5 < max(one.middle[2] for one in placed)

@@ -11,9 +11,8 @@ from scipy.spatial import ConvexHull
 
 from aeros.kinematic_chain import frames_of, mounting_of
 from aeros.sim.bullet.client import DATA
-from aeros.sim.robot.body import CAPSULES, PANDA_BODY, Capsule, enclosing_balls
-from aeros.sim.robot.kinematics import FLANGE
-from aeros.sim.robot.limits import Q_MAX, Q_MIN
+from aeros.sim.robot.body import Capsule, enclosing_balls
+from tests.unit.sim.robot.panda import CAPSULES, FLANGE, PANDA_BODY, Q_MAX, Q_MIN
 
 
 def _vertices(mesh: str, kind: str = "collision") -> np.ndarray[Any, Any]:

@@ -10,9 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.kinematic_chain import Triple, frames_of, mounting_of
-from aeros.sim.robot.body import CAPSULES, PANDA_BODY
-from aeros.sim.robot.contact_estimate import DAMPING, TORQUE_THRESHOLDS, estimate_contact_force
-from aeros.sim.robot.kinematics import READY_POSTURE
+from aeros.sim.robot.contact_estimate import DAMPING, estimate_contact_force
+from tests.unit.sim.robot.panda import CAPSULES, PANDA, PANDA_BODY, READY_POSTURE, TORQUE_THRESHOLDS
 
 MOUNTINGS = [mounting_of(row) for row in PANDA_BODY.dh_rows]
 LINKS = {capsule.link: capsule for capsule in CAPSULES}
@@ -46,7 +45,7 @@ def test_a_hit_of_forearm_or_hand_is_not_seen_as_much_less(
     q: list[float], link: str, share: float, way: tuple[float, ...]
 ) -> None:
     torques = torques_of(q, link, share, tuple(65.0 * part for part in way))
-    assert 0.6 * 65.0 < estimate_contact_force(q, torques) < 3.0 * 65.0
+    assert 0.6 * 65.0 < estimate_contact_force(PANDA, q, torques) < 3.0 * 65.0
 
 
 @given(near_ready, directions, st.floats(8.0, 200.0))
@@ -55,7 +54,7 @@ def test_a_force_at_the_tool_is_seen_at_least(q: list[float], way: tuple[float, 
     tool = np.array(frames[-1].to_base(PANDA_BODY.tool_offset))
     force = size * np.array(way)
     torques = [float(np.cross(one.z, tool - np.array(one.origin)) @ force) for one in frames[1:]]
-    assert estimate_contact_force(q, torques) > 0.9 * size
+    assert estimate_contact_force(PANDA, q, torques) > 0.9 * size
 
 
 @given(
@@ -66,13 +65,13 @@ def test_errors_of_torques_below_the_thresholds_are_bounded_in_every_posture(
     q: list[float], torques: list[float]
 ) -> None:
     """Also in singular ones: damping bounds what an error can become."""
-    assert estimate_contact_force(q, torques) <= math.hypot(*torques) / (2.0 * DAMPING) + 1e-9
+    assert estimate_contact_force(PANDA, q, torques) <= math.hypot(*torques) / (2.0 * DAMPING) + 1e-9
 
 
 def test_a_stretched_arm_feels_less_of_a_push_along_it() -> None:
     """It cannot be seen, and is not made up: only the elbow's offset of 82 mm gives it a lever."""
     stretched = [0.0, 0.0, 0.0, -0.0698, 0.0, 0.0, 0.0]
-    pushed = estimate_contact_force(stretched, torques_of(stretched, "link5", 0.0, (0.0, 0.0, -65.0)))
+    pushed = estimate_contact_force(PANDA, stretched, torques_of(stretched, "link5", 0.0, (0.0, 0.0, -65.0)))
     assert 20.0 < pushed < 55.0
 
 
@@ -80,8 +79,8 @@ def test_a_torque_of_the_wrist_is_on_no_link_before_it() -> None:
     q = READY_POSTURE.tolist()
     torques = [-8.0, 0.0, -8.5, 0.0, 0.0, 0.0, 0.0]
     felt = [*torques[:6], 1.001 * TORQUE_THRESHOLDS[6]]
-    assert estimate_contact_force(q, felt) < estimate_contact_force(q, torques)
+    assert estimate_contact_force(PANDA, q, felt) < estimate_contact_force(PANDA, q, torques)
 
 
 def test_no_torque_is_no_force() -> None:
-    assert estimate_contact_force(READY_POSTURE.tolist(), [0.0] * 7) == pytest.approx(0.0)
+    assert estimate_contact_force(PANDA, READY_POSTURE.tolist(), [0.0] * 7) == pytest.approx(0.0)

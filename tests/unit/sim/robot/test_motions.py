@@ -15,11 +15,11 @@ from aeros.sim.fixed_step_plant import _PLANNERS as PLANNERS
 from aeros.sim.geometry import Vector3
 from aeros.sim.kinematic.objects import ObjectSet, Surface, slab
 from aeros.sim.kinematic.robot import KinematicRobot
-from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.errors import ActionRejectedError, BlockedError
-from aeros.sim.robot.limits import Q_MAX, QD_MAX, Vector
+from aeros.sim.robot.limits import Vector
 from aeros.sim.robot.motions import ActionParameters, PreparedMotion, plan_base_lines, plan_tool_lines
 from aeros.sim.robot.robot import BRAKED_PARTS, RobotOptions, RobotState
+from tests.unit.sim.robot.panda import PANDA, PANDA_BODY, Q_MAX, QD_MAX
 
 BASE: Vector3 = (1.0, 2.0, 0.5)
 AT = (1.5, 2.1, 0.8)
@@ -43,7 +43,7 @@ class Fixed(KinematicRobot):
 def robot(
     *slabs: Surface, carriage: bool = True, kind: type[KinematicRobot] = KinematicRobot
 ) -> KinematicRobot:
-    return kind(RobotOptions(carriage=carriage, base=BASE), ObjectSet((), slabs))
+    return kind(RobotOptions(PANDA, carriage=carriage, base=BASE), ObjectSet((), slabs))
 
 
 def planned(

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from aeros.sim.clock import TICK
-from aeros.sim.robot.kinematics import READY_POSTURE
-from aeros.sim.robot.limits import QDD_MAX, Vector
+from aeros.sim.robot.limits import Vector
 from aeros.sim.robot.robot import BASE_ACCELERATION_MAX, Robot, RobotOptions, RobotState
+from tests.unit.sim.robot.panda import PANDA, QDD_MAX, READY_POSTURE
 
 
 class Scripted(Robot):
     """Arm that notes its set points, and measures given positions, by default its set points."""
 
     def __init__(self, *, carriage: bool = True) -> None:
-        super().__init__(RobotOptions(carriage=carriage, base=(1.0, 2.0, 0.5)))
+        super().__init__(RobotOptions(PANDA, carriage=carriage, base=(1.0, 2.0, 0.5)))
         self.arm: list[tuple[Vector, Vector]] = []
         self.base: list[tuple[Vector, Vector]] = []
         self.sensed: dict[str, Any] = {}

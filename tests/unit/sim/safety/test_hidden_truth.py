@@ -143,7 +143,7 @@ def test_an_unseen_change_changes_no_reading(pair: tuple[Change, PhysicsPlant, P
 
 def test_a_slipping_wheel_is_not_felt() -> None:
     plain, changed = make("fetch"), make("fetch")
-    robot, slip = as_panda(changed._panda), (0.2, -0.1)
+    robot, slip = as_panda(changed._simulated), (0.2, -0.1)
     world = as_bullet(changed._world)
     x, y = robot.odometry.drift
     robot.odometry.drift = (x + slip[0], y + slip[1])
@@ -155,7 +155,7 @@ def test_a_slipping_wheel_is_not_felt() -> None:
     world._joint_states.clear()
     for plant in (plain, changed):
         execute(plant, act("wait", duration=0.1), allow, 9.0)
-    moved = np.subtract(changed._panda.true_points()[0], plain._panda.true_points()[0])
+    moved = np.subtract(changed._simulated.true_points()[0], plain._simulated.true_points()[0])
     assert moved == pytest.approx((-0.2, 0.1, 0.0), abs=2e-3)
     before, after = numbers(plain), numbers(changed)
     for name in ("base_position", "tool_position", "joint_position", "base_speed"):

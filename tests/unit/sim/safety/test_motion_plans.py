@@ -20,9 +20,7 @@ from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import MotionCompletion, NoMotion, Trajectory
 from aeros.sim.clock import TICK
 from aeros.sim.physics import PhysicsPlant
-from aeros.sim.robot.body import PANDA_BODY
-from aeros.sim.robot.kinematics import READY_POSTURE, forward_kinematics
-from aeros.sim.robot.limits import Q_MAX, Q_MIN, QD_MAX
+from aeros.sim.robot.kinematics import forward_kinematics
 from aeros.sim.robot.profile import minimum_jerk
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -30,6 +28,7 @@ from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.unit.sim.acting import allow, execute, recording
+from tests.unit.sim.robot.panda import PANDA, PANDA_BODY, Q_MAX, Q_MIN, QD_MAX, READY_POSTURE
 
 pytestmark = pytest.mark.physics
 
@@ -53,7 +52,7 @@ def site() -> Site:
 def test_both_kinematics_put_the_tool_in_the_same_place() -> None:
     chance = np.random.default_rng(0)
     for q in chance.uniform(Q_MIN, Q_MAX, (50, 7)):
-        expected = forward_kinematics(q[None, :])[0][0]
+        expected = forward_kinematics(PANDA, q[None, :])[0][0]
         assert (
             math.dist(
                 ForwardKinematics(PANDA_BODY, q.tolist()).frames[-1].to_base(PANDA_BODY.tool_offset), expected

@@ -25,8 +25,6 @@ from aeros.sim.clock import TICK
 from aeros.sim.engine.people import Person, Waypoint
 from aeros.sim.geometry import Vector3
 from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts
-from aeros.sim.robot.kinematics import READY_POSTURE
-from aeros.sim.robot.limits import Q_MAX, QD_MAX, QDD_MAX, TAU_MAX
 from aeros.sim.robot.robot import RobotOptions
 from aeros.sim.sensors import GroundTruth
 from aeros.skill import Action, act
@@ -37,6 +35,7 @@ from aeros.spec.text.discovery import reference_site_path
 from tests.unit.sim.acting import allow, execute, recording
 from tests.unit.sim.bare_scene import BareScene
 from tests.unit.sim.bullet.bullet_parts import as_bullet, as_panda
+from tests.unit.sim.robot.panda import PANDA, Q_MAX, QD_MAX, QDD_MAX, READY_POSTURE, TAU_MAX
 
 pytestmark = pytest.mark.physics
 
@@ -109,7 +108,7 @@ class Obstructed(BareScene):
     """The bare cell with the robot in some posture, and perhaps a block in its way, or a load in its hand."""
 
     def __init__(self, posture: tuple[float, ...], obstacle: bool, load: float | None = None) -> None:
-        self.robot = RobotOptions(posture=posture)
+        self.robot = RobotOptions(PANDA, posture=posture)
         self._obstacle = obstacle
         self._load = load
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from aeros.sim.geometry import Vector3
 from aeros.sim.randomness import RandomSource
-from aeros.sim.robot.kinematics import READY_POSTURE
 from aeros.sim.scanners.person_distance import PersonDistance, RobotPosture
 from aeros.sim.scanners.ray_fan import Array
 from aeros.sim.scanners.scanner_set import ScannerSet
@@ -23,6 +22,7 @@ from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.sensor_errors import AreaScanners, ScannerPlacement
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
+from tests.unit.sim.robot.panda import PANDA, READY_POSTURE
 
 FARTHEST: Final = 20.0
 
@@ -74,9 +74,11 @@ class Cell:
     carriage: bool = True
 
     def __post_init__(self) -> None:
-        self.devices = ScannerSet(self.scanners, RandomSource(3), carriage=self.carriage)
+        self.devices = ScannerSet(self.scanners, RandomSource(3), PANDA, carriage=self.carriage)
         taught = self.devices.teach(self.furniture)
-        self.controller = PersonDistance(self.scanners, taught, carriage=self.carriage, farthest=FARTHEST)
+        self.controller = PersonDistance(
+            self.scanners, taught, PANDA, carriage=self.carriage, farthest=FARTHEST
+        )
         self.count = 0
 
     def scan(

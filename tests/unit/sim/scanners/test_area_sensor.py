@@ -14,6 +14,7 @@ from aeros.sim.scanners.area_sensor import AreaSensor
 from aeros.sim.scanners.person_distance import RobotPosture
 from aeros.sim.scanners.sections import Disc, Section
 from aeros.spec.model.sensor_errors import AreaScanners
+from tests.unit.sim.robot.panda import PANDA
 from tests.unit.sim.scanners.cells import (
     CORNERS,
     FARTHEST,
@@ -44,7 +45,7 @@ class Walk:
 
 
 def run(cell: Walk, scanners: AreaScanners, ticks: int, seed: int = 3) -> list[Reading | None]:
-    sensor = AreaSensor(scanners, cell, RandomSource(seed), carriage=True)
+    sensor = AreaSensor(scanners, cell, RandomSource(seed), PANDA, carriage=True)
     sensor.start(HERE)
     found = [sensor.reading]
     for tick in range(1, ticks):
@@ -85,7 +86,7 @@ def test_a_lost_scan_is_within_the_age_that_the_site_allows() -> None:
 
 def test_silent_scanners_let_the_reading_age_and_recover() -> None:
     cell = Walk(None)
-    sensor = AreaSensor(scanners_at(*CORNERS), cell, RandomSource(3), carriage=True)
+    sensor = AreaSensor(scanners_at(*CORNERS), cell, RandomSource(3), PANDA, carriage=True)
     sensor.start(HERE)
     for tick in range(1, 240):
         sensor.devices.silent = frozenset(("s0",)) if 60 <= tick < 120 else frozenset()

@@ -15,10 +15,11 @@ from hypothesis import strategies as st
 from aeros.sim.scanners.person_distance import RobotPosture
 from aeros.sim.scanners.robot_outline import RobotOutline
 from aeros.sim.scanners.sections import Disc, rectangle
+from tests.unit.sim.robot.panda import PANDA
 from tests.unit.sim.scanners.cells import CORNERS, FARTHEST, READY, Cell, scanners_at
 from tests.unit.sim.scanners.test_robot_outline import REACHING_DOWN
 
-ROBOT = RobotOutline(READY, (0.0, 0.0, 0.0), carriage=True)
+ROBOT = RobotOutline(PANDA, READY, (0.0, 0.0, 0.0), carriage=True)
 
 
 def true_distance(person: Disc, robot: RobotOutline = ROBOT) -> float:
@@ -70,7 +71,7 @@ def test_in_a_shadow_a_person_may_stand() -> None:
     assert two.distance(crate) == pytest.approx(ROBOT_ALONE.distance(np.array([(0.0, -1.2)])) - 0.1, abs=0.06)
 
 
-ROBOT_ALONE = RobotOutline(READY, (0.0, 0.0, 0.0), carriage=False)
+ROBOT_ALONE = RobotOutline(PANDA, READY, (0.0, 0.0, 0.0), carriage=False)
 
 
 def test_the_carriage_hides_nothing_if_scanners_stand_around_it() -> None:
@@ -98,7 +99,7 @@ def test_the_carriage_is_tracked_where_odometry_drifts() -> None:
         off = 0.002 * number
         assert cell.distance(base=(off, -off, 0.0), believed=(0.0, 0.0, 0.0)) == FARTHEST
     person = Disc(1.4, 0.1, 0.25)
-    drifted = RobotOutline(READY, (off, -off, 0.0), carriage=True)
+    drifted = RobotOutline(PANDA, READY, (off, -off, 0.0), carriage=True)
     measured = cell.distance(person, base=(off, -off, 0.0), believed=(0.0, 0.0, 0.0))
     assert measured == pytest.approx(true_distance(person, drifted) - 0.1, abs=0.03)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from aeros.kinematic_chain import frames_of, mounting_of
-from aeros.sim.robot.body import CAPSULES, PANDA_BODY
 from aeros.sim.scanners.robot_outline import RobotOutline
+from tests.unit.sim.robot.panda import CAPSULES, PANDA, PANDA_BODY
 from tests.unit.sim.scanners.cells import READY
 
 REACHING_DOWN = (0.0, 1.75, 0.0, -0.4, 0.0, 2.0, 0.8)
@@ -15,7 +15,7 @@ REACHING_DOWN = (0.0, 1.75, 0.0, -0.4, 0.0, 2.0, 0.8)
 
 
 def outline(joints: tuple[float, ...] = READY, *, carriage: bool = True) -> RobotOutline:
-    return RobotOutline(joints, (1.0, 2.0, 0.0), carriage=carriage)
+    return RobotOutline(PANDA, joints, (1.0, 2.0, 0.0), carriage=carriage)
 
 
 def test_the_carriage_covers_its_rectangle() -> None:

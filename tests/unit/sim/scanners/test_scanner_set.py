@@ -8,13 +8,14 @@ import pytest
 from aeros.sim.randomness import RandomSource
 from aeros.sim.scanners.scanner_set import ScannerSet
 from aeros.sim.scanners.sections import Disc, rectangle
+from tests.unit.sim.robot.panda import PANDA
 from tests.unit.sim.scanners.cells import CORNERS, READY, Cell, scanners_at
 
 WALLS = (rectangle((-3.0, 2.5), (3.0, 2.6)), rectangle((-3.0, -2.6), (3.0, -2.5)))
 
 
 def devices(**more: float) -> ScannerSet:
-    return ScannerSet(scanners_at(*CORNERS, **more), RandomSource(5), carriage=True)
+    return ScannerSet(scanners_at(*CORNERS, **more), RandomSource(5), PANDA, carriage=True)
 
 
 def scan(scanners: ScannerSet, number: int, *people: Disc) -> np.ndarray:

@@ -10,11 +10,12 @@ from aeros.sim.scanners.robot_outline import RobotOutline
 from aeros.sim.scanners.sections import Section, cast, rectangle
 from aeros.sim.scanners.sight_grid import SPACING, SightGrid
 from aeros.spec.model.sensor_errors import AreaScanners
+from tests.unit.sim.robot.panda import PANDA
 from tests.unit.sim.scanners.cells import READY, scanners_at
 
 ONE = scanners_at((-1.0, 0.0, 0.0))
 TWO = scanners_at((-1.0, 0.0, 0.0), (1.0, 0.0, 180.0))
-NOBODY = RobotOutline(READY, (9.0, 9.0, 0.0), carriage=False)
+NOBODY = RobotOutline(PANDA, READY, (9.0, 9.0, 0.0), carriage=False)
 WALL = rectangle((0.0, -0.3), (0.1, 0.3))
 
 
@@ -51,7 +52,7 @@ def test_places_that_were_never_seen_do_not_count() -> None:
 
 
 def test_the_robot_itself_is_no_place_for_a_person() -> None:
-    robot = RobotOutline(READY, (0.25, 0.0, 0.0), carriage=True)
+    robot = RobotOutline(PANDA, READY, (0.25, 0.0, 0.0), carriage=True)
     carriage = rectangle((0.0, -0.225), (0.5, 0.225))
     assert not robot.covers(hidden(ONE, carriage, own=robot)).any()
     assert robot.covers(hidden(ONE, carriage)).any()

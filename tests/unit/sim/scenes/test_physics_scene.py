@@ -10,7 +10,7 @@ import pytest
 
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
-from aeros.sim.bullet import panda
+from aeros.sim.bullet import robot_urdf
 from aeros.sim.bullet.client import bullet
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scenes.physics_scene import PhysicsScene
@@ -163,7 +163,7 @@ def test_every_shipped_addition_stands_in_the_room() -> None:
 def test_a_robot_whose_own_model_is_missing_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(panda, "DATA", str(tmp_path))
+    monkeypatch.setattr(robot_urdf, "DATA", str(tmp_path))
     with pytest.raises(UserError) as error:
         make_plant(shipped_scene("bare"), 0)
     (found,) = error.value.diagnostics

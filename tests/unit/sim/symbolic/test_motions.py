@@ -17,6 +17,7 @@ from aeros.spec.expr.units import LENGTH
 from aeros.spec.model.rules import ActionKind, Risk
 from aeros.spec.model.variables import Declared
 from tests.unit.agent.dumplings import SPAN
+from tests.unit.sim.robot.panda import PANDA
 
 TICK = 1.0 / 240.0
 PEAK_TO_MEAN = 1.875
@@ -107,7 +108,7 @@ def test_joint_moves_put_the_tool_at_its_forward_kinematics() -> None:
     q = (0.1, -0.3, 0.2, -1.9, 0.3, 1.9, 0.2)
     joints = {f"q{number}": value for number, value in enumerate(q, 1)}
     motion = plan_motion(act("move_joints", **joints, speed=0.5), HERE)
-    place = chain.tool_kinematics(q).position
+    place = chain.tool_kinematics(PANDA, q).position
     expected = tuple(a + b for a, b in zip(place, HERE["base_position"], strict=True))
     assert motion.values_after["tool_position"] == pytest.approx(expected)
     assert motion.duration > TICK

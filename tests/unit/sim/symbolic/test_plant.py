@@ -31,6 +31,7 @@ from aeros.spec.model.variables import Declared
 from tests.modules.robot import configuration_of
 from tests.unit.agent.dumplings import build
 from tests.unit.sim.acting import allow, execute
+from tests.unit.sim.robot.panda import PANDA
 
 SPAN = Source("site.yaml", "text").span(0, 4)
 BENT = (0.5, -0.3, 0.0, -1.9, 0.0, 1.6, 0.8)
@@ -176,8 +177,8 @@ def test_it_begins_harmless_and_inside_every_range() -> None:
         ),
         (
             act("move_joints", q1=0.5, q2=-0.3, q3=0.0, q4=-1.9, q5=0.0, q6=1.6, q7=0.8, speed=0.5),
-            {"tool_position": tool_kinematics(BENT).position},
-            1.875 * dist(tool_kinematics(BENT).position, (0.307, 0.0, 0.487)) / 0.5 + 1 / 240,
+            {"tool_position": tool_kinematics(PANDA, BENT).position},
+            1.875 * dist(tool_kinematics(PANDA, BENT).position, (0.307, 0.0, 0.487)) / 0.5 + 1 / 240,
         ),
         (act("slide", target=(0.307, 0.0, 0.487), force=5.0, speed=0.1), {}, 1 / 240),
         (

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.robot import BulletRobot
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.clock import TICK
-from aeros.sim.robot.kinematics import READY_POSTURE, forward_kinematics
-from aeros.sim.robot.limits import FINGER_GAP_MAX, TAU_MAX
+from aeros.sim.robot.kinematics import forward_kinematics
 from aeros.sim.robot.robot import RobotOptions
+from tests.unit.sim.robot.panda import FINGER_GAP_MAX, PANDA, READY_POSTURE, TAU_MAX
 
 pytestmark = pytest.mark.physics
 
@@ -25,8 +25,8 @@ def world() -> Iterator[PhysicsWorld]:
     made.close()
 
 
-def panda(world: PhysicsWorld, *, carriage: bool = False, z: float = 0.0) -> Panda:
-    return Panda(world, RobotOptions(carriage=carriage, base=(1.0, 2.0, z), finger_friction=0.8))
+def panda(world: PhysicsWorld, *, carriage: bool = False, z: float = 0.0) -> BulletRobot:
+    return BulletRobot(world, RobotOptions(PANDA, carriage=carriage, base=(1.0, 2.0, z), finger_friction=0.8))
 
 
 def steps(world: PhysicsWorld, count: int) -> None:
@@ -41,7 +41,7 @@ def test_it_stands_in_its_posture_with_open_fingers(world: PhysicsWorld) -> None
     assert state.q == pytest.approx(READY_POSTURE, abs=1e-3)
     assert state.finger_gap == pytest.approx(FINGER_GAP_MAX, abs=1e-3)
     assert (state.base_position, state.base_velocity) == ((1.0, 2.0, 0.0), (0.0, 0.0, 0.0))
-    x, y, z = forward_kinematics(READY_POSTURE[None, :])[0][0]
+    x, y, z = forward_kinematics(PANDA, READY_POSTURE[None, :])[0][0]
     assert state.tool_position == pytest.approx((x + 1.0, y + 2.0, z), abs=2e-3)
     assert one.grip_command == (FINGER_GAP_MAX, 10.0)
 

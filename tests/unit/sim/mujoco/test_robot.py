@@ -8,23 +8,23 @@ import pytest
 from aeros.sim.engine.world import GRAVITY
 from aeros.sim.geometry import UPRIGHT, Pose
 from aeros.sim.mujoco.engine import MujocoEngine
-from aeros.sim.mujoco.panda import MujocoPanda
+from aeros.sim.mujoco.robot import MujocoRobot
 from aeros.sim.randomness import RandomSource
-from aeros.sim.robot.kinematics import READY_POSTURE
 from aeros.sim.robot.odometry import WheelOdometry
 from aeros.sim.robot.robot import RobotOptions
 from tests.unit.sim.engine.declared_bodies import body
 from tests.unit.sim.engine.engines import GREY
+from tests.unit.sim.robot.panda import PANDA, READY_POSTURE
 
 pytestmark = pytest.mark.physics
 
 
-def make(*, carriage: bool = False) -> tuple[MujocoEngine, MujocoPanda]:
+def make(*, carriage: bool = False) -> tuple[MujocoEngine, MujocoRobot]:
     engine = MujocoEngine()
-    return engine, engine.add_robot(RobotOptions(carriage=carriage), WheelOdometry(RandomSource(0)))
+    return engine, engine.add_robot(RobotOptions(PANDA, carriage=carriage), WheelOdometry(RandomSource(0)))
 
 
-def held() -> tuple[MujocoEngine, MujocoPanda, int]:
+def held() -> tuple[MujocoEngine, MujocoRobot, int]:
     """A cube of 200 g between the fingers, which are 0.487 m high."""
     engine, robot = make()
     x, y, z = robot.read_sensors().tool_position
@@ -37,7 +37,7 @@ def held() -> tuple[MujocoEngine, MujocoPanda, int]:
     return engine, robot, cube
 
 
-def lift(engine: MujocoEngine, robot: MujocoPanda) -> None:
+def lift(engine: MujocoEngine, robot: MujocoRobot) -> None:
     """Raise the hand by turning the fourth joint."""
     q = robot.q_command
     for tick in range(120):

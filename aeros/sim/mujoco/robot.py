@@ -1,8 +1,8 @@
-"""A Franka Panda with its hand in a `MujocoWorld`: motors in, measured values out.
+"""An arm with its hand in a `MujocoWorld`: motors in, measured values out.
 
 The arm stands fixed or on a carriage: two force-limited prismatic joints along x and y. Each motor gives the
 torque that the commanded motion needs by inverse dynamics, and a servo corrects it by at most
-`CORRECTION_TORQUE`. Both together stay inside the official torque limits. Joints are placed once, when the
+the robot's correction. Both together stay inside the official torque limits. Joints are placed once, when the
 robot is built; from then on only motors move them.
 """
 
@@ -16,26 +16,22 @@ import numpy as np
 
 from aeros.kinematic_chain import pairs_that_may_meet
 from aeros.sim.engine.robot import PhysicalRobot
-from aeros.sim.geometry import UPRIGHT, Pose, Vector3, to_world
+from aeros.sim.geometry import UPRIGHT, Pose, to_world
 from aeros.sim.mujoco.client import mujoco
 from aeros.sim.mujoco.drives import MujocoDrives
-from aeros.sim.mujoco.panda_plan import ARM_JOINTS, CARRIAGE_JOINTS, FINGERS, plan_panda
 from aeros.sim.mujoco.plans import names_of_joints, names_of_links
+from aeros.sim.mujoco.robot_plan import CARRIAGE_JOINTS, FINGERS, arm_joints, plan_robot
 from aeros.sim.mujoco.world import MujocoWorld
 from aeros.sim.pictures.ray_caster import PlacedSolid
 from aeros.sim.pictures.scene_solids import carriage_solid, robot_solids
-from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.contact_estimate import estimate_contact_force
-from aeros.sim.robot.kinematics import FLANGE_TO_TOOL
-from aeros.sim.robot.limits import FINGER_GAP_MAX, Vector
+from aeros.sim.robot.limits import Vector
 from aeros.sim.robot.odometry import WheelOdometry
 from aeros.sim.robot.robot import RobotOptions, RobotState
 
-_TOOL: Vector3 = (0.0, 0.0, FLANGE_TO_TOOL)
 
-
-class MujocoPanda(PhysicalRobot):
-    """A Panda simulated in MuJoCo.
+class MujocoRobot(PhysicalRobot):
+    """A robot simulated in MuJoCo.
 
     Args:
         world: the world to add it to.
@@ -48,7 +44,7 @@ class MujocoPanda(PhysicalRobot):
     ) -> None:
         super().__init__(options, odometry)
         self._world = world
-        links = plan_panda(options)
+        links = plan_robot(options)
         self.body = world.bodies.add(links, Pose(options.base, UPRIGHT), moves=False)
         number, joints = names_of_links(links), names_of_joints(links)
         self.fingers = (number[FINGERS[0]], number[FINGERS[1]])
@@ -59,13 +55,15 @@ class MujocoPanda(PhysicalRobot):
         self._drives = MujocoDrives(
             world,
             self.body,
-            [joints[name] for name in (*carriage, *ARM_JOINTS)],
+            self.model,
+            [joints[name] for name in (*carriage, *arm_joints(self.model))],
             self.fingers,
             self.torque_limits,
         )
         self._first = len(carriage)
         self._state: RobotState | None = None
-        self._place_joints((*(0.0,) * len(carriage), *options.posture, *(FINGER_GAP_MAX / 2.0,) * 2))
+        gap = self.model.hand.widest_gap
+        self._place_joints((*(0.0,) * len(carriage), *self.q_command.tolist(), *(gap / 2.0,) * 2))
         world.after_step.append(self._note_tick)
         world.renderer.robot = self._solids
         self.grip(*self.grip_command)
@@ -75,7 +73,7 @@ class MujocoPanda(PhysicalRobot):
         """Let links collide that can meet by the robot's data; not neighbours, nor hand and fingers."""
         meeting = {
             frozenset((inner.link, outer.link))
-            for inner, outer in pairs_that_may_meet(PANDA_BODY.hulls, PANDA_BODY.exempt_pairs)
+            for inner, outer in pairs_that_may_meet(self.model.body.hulls, self.model.body.exempt_pairs)
         }
         for first, second in combinations(number, 2):
             pair = frozenset("fingers" if name in FINGERS else name for name in (first, second))
@@ -125,8 +123,9 @@ class MujocoPanda(PhysicalRobot):
 
     def _read(self) -> RobotState:
         built, first = self._world.bodies.built(), self._first
-        positions, rates, fingers = self._drives.positions, self._drives.rates, first + len(ARM_JOINTS)
-        x, y, z = to_world(self._world.link_pose(self.body, self._hand), _TOOL)
+        positions, rates, fingers = self._drives.positions, self._drives.rates, first + self.model.joint_count
+        tool = (0.0, 0.0, self.model.hand.tool)
+        x, y, z = to_world(self._world.link_pose(self.body, self._hand), tool)
         jacobian = np.zeros((3, built.model.nv))
         mujoco.mj_jac(
             built.model, built.data, jacobian, None, np.array((x, y, z)), built.links[self.body, self._hand]
@@ -153,7 +152,9 @@ class MujocoPanda(PhysicalRobot):
     def contact_force(self) -> float:
         """Implement `Robot.contact_force` from external torques of arm and carriage."""
         first, outside = self._first, self._drives.external
-        arm = estimate_contact_force(self.read_sensors().q, outside[first : first + len(ARM_JOINTS)])
+        arm = estimate_contact_force(
+            self.model, self.read_sensors().q, outside[first : first + self.model.joint_count]
+        )
         return max(arm, hypot(*outside[:first]))
 
     def net_contact_force(self) -> float:
@@ -172,6 +173,6 @@ class MujocoPanda(PhysicalRobot):
     def _solids(self) -> Iterator[PlacedSolid]:
         """Yield the solids that cameras see of it."""
         base, _ = self.true_points()
-        yield from robot_solids(self.read_sensors().q, base)
+        yield from robot_solids(self.model, self.read_sensors().q, base)
         if self._first:
             yield carriage_solid(base)

@@ -6,37 +6,38 @@ import numpy as np
 import pytest
 
 from aeros.sim.geometry import UPRIGHT, Pose, compose
-from aeros.sim.mujoco.panda_plan import ARM_JOINTS, FINGERS, plan_panda
 from aeros.sim.mujoco.plans import names_of_joints, names_of_links
-from aeros.sim.robot.kinematics import FLANGE_TO_TOOL, forward_kinematics
+from aeros.sim.mujoco.robot_plan import FINGERS, arm_joints, plan_robot
+from aeros.sim.robot.kinematics import forward_kinematics
 from aeros.sim.robot.robot import RobotOptions
+from tests.unit.sim.robot.panda import FLANGE_TO_TOOL, PANDA
 
 
 def test_at_zero_the_links_are_where_the_kinematic_chain_has_them() -> None:
     at: dict[str | None, Pose] = {None: Pose((0.0, 0.0, 0.0), UPRIGHT)}
-    for link in plan_panda(RobotOptions()):
+    for link in plan_robot(RobotOptions(PANDA)):
         at[link.name] = compose(at[link.parent], link.place)
     tool = compose(at["hand"], Pose((0.0, 0.0, FLANGE_TO_TOOL), UPRIGHT)).position
-    expected, *_ = forward_kinematics(np.zeros((1, 7)))
+    expected, *_ = forward_kinematics(PANDA, np.zeros((1, 7)))
     assert tool == pytest.approx(tuple(expected[0].tolist()), abs=1e-12)
 
 
 @pytest.mark.parametrize("carriage", [False, True])
 def test_every_mass_has_moments_that_a_body_can_have(carriage: bool) -> None:
-    for link in plan_panda(RobotOptions(carriage=carriage)):
+    for link in plan_robot(RobotOptions(PANDA, carriage=carriage)):
         if link.inertia is not None:
             a, b, c = np.linalg.eigvalsh(link.inertia.matrix).tolist()
             assert 0.0 < a <= b <= c < a + b + 1e-9
 
 
 def test_the_arm_weighs_what_the_source_says() -> None:
-    masses = [link.inertia.mass for link in plan_panda(RobotOptions()) if link.inertia is not None]
+    masses = [link.inertia.mass for link in plan_robot(RobotOptions(PANDA)) if link.inertia is not None]
     assert sum(masses) == pytest.approx(16.82, abs=0.01)
 
 
 def test_the_carriage_comes_before_the_arm_and_the_fingers_last() -> None:
-    links = plan_panda(RobotOptions(carriage=True))
-    joints = ["carriage_x", "carriage_y", *ARM_JOINTS, *(f"{finger}_joint" for finger in FINGERS)]
+    links = plan_robot(RobotOptions(PANDA, carriage=True))
+    joints = ["carriage_x", "carriage_y", *arm_joints(PANDA), *(f"{finger}_joint" for finger in FINGERS)]
     assert list(names_of_joints(links)) == joints
     assert names_of_links(links)["rail"] == -1
-    assert names_of_links(plan_panda(RobotOptions()))["foot"] == -1
+    assert names_of_links(plan_robot(RobotOptions(PANDA)))["foot"] == -1

@@ -1,52 +1,37 @@
-"""A Franka Panda with its hand in a `PhysicsWorld`: motors in, measured values out.
+"""An arm with its hand in a `PhysicsWorld`: motors in, measured values out.
 
 The arm stands fixed or on a carriage: two force-limited prismatic joints along x and y.
 Each arm motor gets the torque that the commanded motion needs by inverse dynamics, and a position controller
-(feed-forward velocity, gain 0.3) corrects it by at most `CORRECTION_TORQUE`. Both together stay inside the
+(feed-forward velocity, gain 0.3) corrects it by at most the robot's correction. Both together stay inside the
 official torque limits. So an obstacle meets the arm's momentum and the correction, not all that the motors
 can give. Joints are placed once, when the robot is built; from then on only motors move them.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import combinations
 from math import hypot
 from typing import Final
 
-from aeros.files import temporary_folder
 from aeros.kinematic_chain import pairs_that_may_meet
-from aeros.sim.bullet.body_factory import load_model
-from aeros.sim.bullet.client import DATA, bullet
+from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.external_torques import ExternalTorqueObserver
+from aeros.sim.bullet.robot_urdf import LoadedRobot, load_robot_body
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.engine.robot import PhysicalRobot
-from aeros.sim.robot.body import PANDA_BODY
+from aeros.sim.engine.robot import CARRIAGE_CORRECTION, CARRIAGE_FORCE, PhysicalRobot
 from aeros.sim.robot.contact_estimate import estimate_contact_force
-from aeros.sim.robot.kinematics import FLANGE_TO_TOOL
-from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, Vector
+from aeros.sim.robot.limits import Vector
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.odometry import WheelOdometry
-from aeros.sim.robot.robot import CARRIAGE_EDGES, RobotOptions, RobotState
-from aeros.spec.text.files import read_source
+from aeros.sim.robot.robot import RobotOptions, RobotState
 
 _POSITION_GAIN: Final = 0.3
 """Position gain of all arm and base motors (of 1): tracks within 0.006 rad."""
 
-CORRECTION_TORQUE: Final = (20.0, 20.0, 20.0, 20.0, 6.0, 6.0, 6.0)
-"""Greatest torque by which a joint's position controller corrects the modelled torque, N·m. It bounds the
-push on an obstacle: 40 N at a lever of 0.5 m. libfranka's examples stop at an external torque of 20 N·m."""
 
-_BASE_FORCE_MAX: Final = 600.0
-"""Greatest drive force of the carriage, N: a 60 kg base at 3 m/s² plus the arm's reaction."""
-
-BASE_CORRECTION: Final = 60.0
-"""Greatest force by which the carriage's position controller corrects the modelled force, N, on each axis.
-It bounds the push on an obstacle, below `collision_force` and every quasi-static limit."""
-
-
-class Panda(PhysicalRobot):
-    """A Panda simulated in PyBullet.
+class BulletRobot(PhysicalRobot):
+    """A robot simulated in PyBullet.
 
     Args:
         world: the world to add it to.
@@ -59,17 +44,13 @@ class Panda(PhysicalRobot):
     ) -> None:
         super().__init__(options, odometry)
         self._world = world
-        self.body = _load(world, options)
-        index = _joint_indices(self.body, world.client)
-        self._arm = [index[f"panda_joint{i}"] for i in range(1, 8)]
-        self.fingers = (index["panda_finger_joint1"], index["panda_finger_joint2"])
-        _collide_where_links_can_meet(self.body, index, world.client)
-        self._tool = index["panda_grasptarget_hand"]
-        self._wrist = index["panda_hand_joint"]
-        self._drive = [index["carriage_x"], index["carriage_y"]] if options.carriage else []
+        loaded = load_robot_body(options, world.client)
+        self.body, self._arm, self.fingers = loaded.number, list(loaded.arm), loaded.fingers
+        _collide_where_links_can_meet(loaded, self.model, world.client)
+        self._tool, self._wrist, self._drive = loaded.tool, loaded.wrist, list(loaded.carriage)
         self._sensed = _movable_joints(self.body, world.client)
         self._arm_start = self._sensed.index(self._arm[0])
-        self._drives = _Drives(world, self.body, self._arm, self._drive, self._sensed, self.torque_limits)
+        self._drives = _Drives(world, loaded, self._sensed, self.torque_limits, self.model.servos.correction)
         self._external = ExternalTorqueObserver(world, self.body, self._sensed, self._drives.note_corrections)
         if self._drive:
             world.after_step.append(lambda: self._count_wheels(*self._external.positions[:2]))
@@ -81,7 +62,7 @@ class Panda(PhysicalRobot):
         for joint, q in zip(self._arm, self.q_command, strict=True):
             bullet.resetJointState(self.body, joint, q, physicsClientId=client)
         for finger in self.fingers:
-            bullet.resetJointState(self.body, finger, FINGER_GAP_MAX / 2, physicsClientId=client)
+            bullet.resetJointState(self.body, finger, self.model.hand.widest_gap / 2, physicsClientId=client)
         self.set_finger_friction(self.finger_friction)
         # The hand drives both fingers with one motor; without the gear, grasps are 15 mm off centre.
         gear = bullet.createConstraint(
@@ -119,7 +100,7 @@ class Panda(PhysicalRobot):
                 bullet.POSITION_CONTROL,
                 targetPosition=width / 2.0,
                 force=force,
-                maxVelocity=FINGER_SPEED,
+                maxVelocity=self.model.hand.finger_speed,
                 physicsClientId=self._world.client,
             )
 
@@ -164,7 +145,9 @@ class Panda(PhysicalRobot):
         """Implement `Robot.contact_force` from external torques of arm and carriage."""
         first, fingers = self._arm_start, self._arm_start + len(self._arm)
         outside = self._external.torques
-        arm = estimate_contact_force(self._external.positions[first:fingers], outside[first:fingers])
+        arm = estimate_contact_force(
+            self.model, self._external.positions[first:fingers], outside[first:fingers]
+        )
         return max(arm, hypot(*outside[:first]))
 
     def net_contact_force(self) -> float:
@@ -188,11 +171,10 @@ class _Drives:
 
     Args:
         world: the world.
-        body: number of the robot.
-        arm: numbers of the arm's joints.
-        carriage: numbers of the carriage's joints; none of an arm that stands fixed.
+        loaded: the robot's numbers.
         movable: numbers of all movable joints; those of arm and carriage follow each other.
         limits: greatest torque of each motor, N·m; read at each tick.
+        correction: greatest torque by which each position controller corrects the modelled torque, N·m.
 
     Attributes:
         efforts: of the motors of all movable joints in the last tick, N·m or N.
@@ -201,14 +183,17 @@ class _Drives:
     def __init__(
         self,
         world: PhysicsWorld,
-        body: int,
-        arm: Sequence[int],
-        carriage: Sequence[int],
+        loaded: LoadedRobot,
         movable: tuple[int, ...],
         limits: Sequence[float],
+        correction: Sequence[float],
     ) -> None:
+        arm, carriage = loaded.arm, loaded.carriage
         self._world = world
-        self._body = body
+        self._body = loaded.number
+        self._correction = correction
+        self._gains, self._ones = [_POSITION_GAIN] * len(arm), [1.0] * len(arm)
+        self._no_arm_acceleration: Final = [0.0] * len(arm)
         self._arm = arm
         self._carriage = carriage
         self._movable = movable
@@ -234,9 +219,9 @@ class _Drives:
         """Take set points for the next tick.
 
         Args:
-            q: joint positions (7,), rad.
-            qd: joint speeds (7,), rad/s.
-            acceleration: joint accelerations (7,), rad/s²; for the next tick alone.
+            q: joint positions, rad.
+            qd: joint speeds, rad/s.
+            acceleration: joint accelerations, rad/s²; for the next tick alone.
             strength: share of the motors' torque limits, in [0, 1].
         """
         self._q, self._qd, self._acceleration = q.tolist(), qd.tolist(), acceleration.tolist()
@@ -279,7 +264,7 @@ class _Drives:
         self._rates[self._places], self._accelerations[self._places] = self._qd, self._acceleration
         self._rates[self._carriage_places] = self._base_speed
         self._accelerations[self._carriage_places] = self._base_acceleration
-        self._acceleration, self._base_acceleration = _NO_ACCELERATION, self._no_acceleration
+        self._acceleration, self._base_acceleration = self._no_arm_acceleration, self._no_acceleration
         limits = [self._strength * limit for limit in self._limits]
         torques = bullet.calculateInverseDynamics(
             self._body, positions, self._rates, self._accelerations, physicsClientId=client
@@ -290,7 +275,7 @@ class _Drives:
         ]
         greatest = [
             min(most, limit - abs(torque))
-            for most, limit, torque in zip(CORRECTION_TORQUE, limits, modelled, strict=True)
+            for most, limit, torque in zip(self._correction, limits, modelled, strict=True)
         ]
         self._given = list(zip(range(self._places.start, self._places.stop), modelled, greatest, strict=True))
         bullet.setJointMotorControlArray(
@@ -300,8 +285,8 @@ class _Drives:
             targetPositions=self._q,
             targetVelocities=self._qd,
             forces=greatest,
-            positionGains=_GAINS,
-            velocityGains=_ONES,
+            positionGains=self._gains,
+            velocityGains=self._ones,
             physicsClientId=client,
         )
         bullet.setJointMotorControlArray(
@@ -312,8 +297,8 @@ class _Drives:
 
     def _set_carriage(self, forces: Sequence[float], client: int) -> None:
         """Set the carriage's motors for one tick, with the modelled forces, N."""
-        bounded = [max(-_BASE_FORCE_MAX, min(_BASE_FORCE_MAX, force)) for force in forces]
-        greatest = [min(BASE_CORRECTION, _BASE_FORCE_MAX - abs(force)) for force in bounded]
+        bounded = [max(-CARRIAGE_FORCE, min(CARRIAGE_FORCE, force)) for force in forces]
+        greatest = [min(CARRIAGE_CORRECTION, CARRIAGE_FORCE - abs(force)) for force in bounded]
         self._given += zip(range(len(bounded)), bounded, greatest, strict=True)
         bullet.setJointMotorControlArray(
             self._body,
@@ -322,8 +307,8 @@ class _Drives:
             targetPositions=self._xy,
             targetVelocities=self._base_speed,
             forces=greatest,
-            positionGains=_GAINS[: len(bounded)],
-            velocityGains=_ONES[: len(bounded)],
+            positionGains=[_POSITION_GAIN] * len(bounded),
+            velocityGains=[1.0] * len(bounded),
             physicsClientId=client,
         )
         bullet.setJointMotorControlArray(
@@ -336,72 +321,21 @@ def _places(movable: tuple[int, ...], joints: Sequence[int]) -> slice:
     return slice(movable.index(joints[0]), movable.index(joints[-1]) + 1) if joints else slice(0)
 
 
-_NO_ACCELERATION: Final = [0.0] * len(QD_MAX)
 _ZERO_VELOCITY: Final = (0.0, 0.0, 0.0)
-_GAINS: Final = [_POSITION_GAIN] * len(QD_MAX)
-_ONES: Final = [1.0] * len(QD_MAX)
-
-_CARRIAGE: Final = """
-  <link name="rail"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
-  </inertial></link>
-  <link name="slider"><inertial><mass value="5"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
-  </inertial></link>
-  <link name="carriage"><inertial><mass value="55"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
-  </inertial><visual><origin xyz="0 0 {middle}"/><geometry><box size="{edges}"/></geometry></visual>
-  <collision><origin xyz="0 0 {middle}"/><geometry><box size="{edges}"/></geometry></collision>
-  </link>
-  <joint name="carriage_x" type="prismatic"><parent link="rail"/><child link="slider"/><axis xyz="1 0 0"/>
-  <limit lower="-10" upper="10" effort="600" velocity="2"/></joint>
-  <joint name="carriage_y" type="prismatic"><parent link="slider"/><child link="carriage"/><axis xyz="0 1 0"/>
-  <limit lower="-10" upper="10" effort="600" velocity="2"/></joint>
-  <joint name="carriage_top" type="fixed"><parent link="carriage"/><child link="panda_link0"/></joint>
-"""
 
 
-def _load(world: PhysicsWorld, options: RobotOptions) -> int:
-    """Load the stock panda.urdf with three edits: no friction anchors, F_T_NE, and the carriage if asked.
-
-    The stock file glues what the fingers touch (`friction_anchor`) and puts the tool centre at 0.105 m.
-    Its soft finger pads (30 kN/m) stay: force control through rigid pads bounces.
-    """
-    folder = os.path.join(DATA, "franka_panda")
-    text = read_source(os.path.join(folder, "panda.urdf")).text
-    text = text.replace("package://", folder + "/").replace("<friction_anchor/>", "")
-    text = text.replace('xyz="0 0 0.105"', f'xyz="0 0 {FLANGE_TO_TOOL}"')
-    if options.carriage:
-        edges = " ".join(map(str, CARRIAGE_EDGES))
-        frame = _CARRIAGE.format(edges=edges, middle=-CARRIAGE_EDGES[2] / 2.0)
-        text = text.replace("</robot>", frame + "</robot>")
-    with temporary_folder() as scratch:
-        path = os.path.join(scratch, "panda.urdf")
-        with open(path, "w", encoding="utf-8") as edited:
-            edited.write(text)
-        return load_model(path, options.base, fixed=True, client=world.client, collides_with_itself=True)
-
-
-def _collide_where_links_can_meet(body: int, index: Mapping[str, int], client: int) -> None:
+def _collide_where_links_can_meet(loaded: LoadedRobot, model: RobotModel, client: int) -> None:
     """Let links collide that can meet by the robot's data; not neighbours, nor parts of hand and fingers."""
-    links = {
-        "foot": (index.get("carriage_top", -1),),
-        **{f"link{number}": (index[f"panda_joint{number}"],) for number in range(1, 8)},
-        "hand": (index["panda_hand_joint"],),
-        "fingers": (index["panda_finger_joint1"], index["panda_finger_joint2"]),
-    }
     meeting = {
         frozenset((a, b))
-        for inner, outer in pairs_that_may_meet(PANDA_BODY.hulls, PANDA_BODY.exempt_pairs)
-        for a in links[inner.link]
-        for b in links[outer.link]
+        for inner, outer in pairs_that_may_meet(model.body.hulls, model.body.exempt_pairs)
+        for a in loaded.links[inner.link]
+        for b in loaded.links[outer.link]
     }
+    body = loaded.number
     count = bullet.getNumJoints(body, physicsClientId=client)
     for a, b in combinations(range(-1, count), 2):
         bullet.setCollisionFilterPair(body, body, a, b, frozenset((a, b)) in meeting, physicsClientId=client)
-
-
-def _joint_indices(body: int, client: int) -> dict[str, int]:
-    count = bullet.getNumJoints(body, physicsClientId=client)
-    names = (bullet.getJointInfo(body, joint, physicsClientId=client)[1] for joint in range(count))
-    return {name.decode(): joint for joint, name in enumerate(names)}
 
 
 def _movable_joints(body: int, client: int) -> tuple[int, ...]:

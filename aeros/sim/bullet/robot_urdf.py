@@ -1,0 +1,213 @@
+"""Load a robot into PyBullet: from a URDF that comes with it, or from one made of hulls and masses.
+
+The hand is that of PyBullet's panda.urdf. Its soft finger pads (30 kN/m) stay: force control through rigid
+pads bounces. What the file glues to the fingers (`friction_anchor`) does not.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import cos, sin
+from typing import Final
+from xml.etree import ElementTree
+
+from aeros.files import temporary_folder
+from aeros.runtime.ports import Hull
+from aeros.sim.bullet.body_factory import load_model
+from aeros.sim.bullet.client import DATA, bullet
+from aeros.sim.robot.model import LinkMass, RobotModel, StockUrdf
+from aeros.sim.robot.robot import CARRIAGE_EDGES, RobotOptions
+from aeros.spec.text.files import read_source
+
+_HAND_FOLDER: Final = "franka_panda"
+_HAND_JOINT: Final = "panda_hand_joint"
+_FINGERS: Final = ("panda_finger_joint1", "panda_finger_joint2")
+_TOOL_JOINT: Final = "panda_grasptarget_hand"
+
+
+@dataclass(frozen=True)
+class LoadedRobot:
+    """Numbers of a robot in PyBullet, and of its joints.
+
+    Attributes:
+        number: of the robot.
+        arm: of the arm's joints, from the base outwards.
+        fingers: of the finger joints.
+        tool: of the joint that carries the tool centre point.
+        wrist: of the joint that carries the hand.
+        carriage: of the carriage's joints; none of an arm that stands fixed.
+        links: of the joints that carry each link of the robot's hulls, by the link's name.
+    """
+
+    number: int
+    arm: tuple[int, ...]
+    fingers: tuple[int, int]
+    tool: int
+    wrist: int
+    carriage: tuple[int, ...]
+    links: dict[str, tuple[int, ...]]
+
+
+def load_robot_body(options: RobotOptions, client: int) -> LoadedRobot:
+    """Load a robot, at rest at its base position, all joints at 0.
+
+    Args:
+        options: the robot, its carriage and its base position.
+        client: PyBullet's client.
+
+    Returns:
+        Its numbers.
+    """
+    model = options.model
+    with temporary_folder() as scratch:
+        if model.stock_urdf is None:
+            text, base = _made_urdf(model, str(scratch)), "foot"
+            joints = tuple(f"joint{number}" for number in range(1, model.joint_count + 1))
+        else:
+            text, base, joints = (
+                _stock_urdf(model.stock_urdf, model),
+                model.stock_urdf.base,
+                model.stock_urdf.joints,
+            )
+        if options.carriage:
+            edges = " ".join(map(str, CARRIAGE_EDGES))
+            frame = _CARRIAGE.format(edges=edges, middle=-CARRIAGE_EDGES[2] / 2.0, base=base)
+            text = text.replace("</robot>", frame + "</robot>")
+        path = os.path.join(scratch, "robot.urdf")
+        with open(path, "w", encoding="utf-8") as edited:
+            edited.write(text)
+        number = load_model(path, options.base, fixed=True, client=client, collides_with_itself=True)
+    index = _joint_indices(number, client)
+    arm = tuple(index[name] for name in joints)
+    left, right = (index[name] for name in _FINGERS)
+    links = {
+        "foot": (index.get("carriage_top", -1),),
+        **{f"link{place}": (joint,) for place, joint in enumerate(arm, 1)},
+        "hand": (index[_HAND_JOINT],),
+        "fingers": (left, right),
+    }
+    carriage = (index["carriage_x"], index["carriage_y"]) if options.carriage else ()
+    return LoadedRobot(number, arm, (left, right), index[_TOOL_JOINT], index[_HAND_JOINT], carriage, links)
+
+
+def _stock_urdf(stock: StockUrdf, model: RobotModel) -> str:
+    """Return a URDF of PyBullet with two edits: no friction anchors, and the tool centre point.
+
+    The stock file glues what the fingers touch (`friction_anchor`) and puts the tool centre at 0.105 m.
+    """
+    path = os.path.join(DATA, stock.path)
+    text = read_source(path).text
+    text = text.replace("package://", os.path.dirname(path) + "/").replace("<friction_anchor/>", "")
+    return text.replace('xyz="0 0 0.105"', f'xyz="0 0 {model.hand.tool}"')
+
+
+_CARRIAGE: Final = """
+  <link name="rail"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+  </inertial></link>
+  <link name="slider"><inertial><mass value="5"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+  </inertial></link>
+  <link name="carriage"><inertial><mass value="55"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+  </inertial><visual><origin xyz="0 0 {middle}"/><geometry><box size="{edges}"/></geometry></visual>
+  <collision><origin xyz="0 0 {middle}"/><geometry><box size="{edges}"/></geometry></collision>
+  </link>
+  <joint name="carriage_x" type="prismatic"><parent link="rail"/><child link="slider"/><axis xyz="1 0 0"/>
+  <limit lower="-10" upper="10" effort="600" velocity="2"/></joint>
+  <joint name="carriage_y" type="prismatic"><parent link="slider"/><child link="carriage"/><axis xyz="0 1 0"/>
+  <limit lower="-10" upper="10" effort="600" velocity="2"/></joint>
+  <joint name="carriage_top" type="fixed"><parent link="carriage"/><child link="{base}"/></joint>
+"""
+
+
+def _made_urdf(model: RobotModel, folder: str) -> str:
+    """Return a URDF made of hulls and masses, with the hand; write the hulls into `folder`."""
+    root = ElementTree.Element("robot", name=model.name)
+    hulls = {hull.link: hull for hull in model.body.hulls}
+    root.append(_link("foot", hulls["foot"], None, folder))
+    parent = "foot"
+    rows = zip(model.body.dh_rows, model.dynamics.links, strict=True)
+    for number, ((length, twist, offset), mass) in enumerate(rows, 1):
+        name = f"link{number}"
+        root.append(_link(name, hulls[name], mass, folder))
+        place = (length, -sin(twist) * offset, cos(twist) * offset)
+        joint = _joint(f"joint{number}", "revolute", parent, name, place, (twist, 0.0, 0.0))
+        ElementTree.SubElement(joint, "axis", xyz="0 0 1")
+        limits = model.limits
+        ElementTree.SubElement(
+            joint,
+            "limit",
+            lower=repr(float(limits.lowest[number - 1])),
+            upper=repr(float(limits.highest[number - 1])),
+            effort=repr(float(limits.torque[number - 1])),
+            velocity=repr(float(limits.speed[number - 1])),
+        )
+        root.append(joint)
+        parent = name
+    root.extend(_hand(model, parent))
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _hand(model: RobotModel, parent: str) -> Iterator[ElementTree.Element]:
+    """Yield links and joints of the hand, mounted on the link `parent`."""
+    stock = StockUrdf(f"{_HAND_FOLDER}/panda.urdf", "", ())
+    # PyBullet ships the file; nobody who could harm us writes it.
+    tree = ElementTree.fromstring(_stock_urdf(stock, model))  # noqa: S314
+    joints = {joint.get("name", ""): joint for joint in tree.iter("joint")}
+    links = {link.get("name", ""): link for link in tree.findall("link")}
+    for name in (_HAND_JOINT, *_FINGERS, _TOOL_JOINT):
+        joint = joints[name]
+        if name == _HAND_JOINT:
+            place, turn = (0.0, 0.0, model.hand.flange), (0.0, 0.0, model.hand.turn)
+            child = joint.find("child")
+            assert child is not None  # noqa: S101  for the type checker
+            joint = _joint(name, "fixed", parent, child.get("link", ""), place, turn)
+        yield joint
+        carried = joint.find("child")
+        assert carried is not None  # noqa: S101  for the type checker
+        yield links[carried.get("link", "")]
+
+
+def _joint(
+    name: str, kind: str, parent: str, child: str, place: tuple[float, ...], turn: tuple[float, ...]
+) -> ElementTree.Element:
+    joint = ElementTree.Element("joint", name=name, type=kind)
+    ElementTree.SubElement(joint, "parent", link=parent)
+    ElementTree.SubElement(joint, "child", link=child)
+    ElementTree.SubElement(joint, "origin", xyz=_numbers(place), rpy=_numbers(turn))
+    return joint
+
+
+def _link(name: str, hull: Hull, mass: LinkMass | None, folder: str) -> ElementTree.Element:
+    """Return a link whose shape is its hull; a link without `mass` weighs 1 kg, as it stands fixed."""
+    path = os.path.join(folder, f"{name}.obj")
+    with open(path, "w", encoding="utf-8") as mesh:
+        mesh.write(_obj_of(hull))
+    link = ElementTree.Element("link", name=name)
+    inertial = ElementTree.SubElement(link, "inertial")
+    ElementTree.SubElement(inertial, "origin", xyz=_numbers((0.0,) * 3 if mass is None else mass.centre))
+    ElementTree.SubElement(inertial, "mass", value=repr(1.0 if mass is None else mass.mass))
+    inertia = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0) if mass is None else mass.inertia
+    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    ElementTree.SubElement(inertial, "inertia", dict(zip(names, map(repr, inertia), strict=True)))
+    for kind in ("visual", "collision"):
+        geometry = ElementTree.SubElement(ElementTree.SubElement(link, kind), "geometry")
+        ElementTree.SubElement(geometry, "mesh", filename=path)
+    return link
+
+
+def _obj_of(hull: Hull) -> str:
+    """Return a mesh with the corners of a hull; PyBullet takes the convex hull of its vertices."""
+    corners = [f"v {_numbers(corner)}" for corner in hull.corners]
+    faces = [f"f 1 {number} {number + 1}" for number in range(2, len(corners))]
+    return "\n".join((*corners, *faces, ""))
+
+
+def _numbers(values: tuple[float, ...]) -> str:
+    return " ".join(map(repr, values))
+
+
+def _joint_indices(body: int, client: int) -> dict[str, int]:
+    count = bullet.getNumJoints(body, physicsClientId=client)
+    names = (bullet.getJointInfo(body, joint, physicsClientId=client)[1] for joint in range(count))
+    return {name.decode(): joint for joint, name in enumerate(names)}

@@ -1,0 +1,193 @@
+"""A robot as data: chain, limits, hand, postures, servos and masses, as a robot file states them.
+
+Planning, profiles, kinematics, bounds and simulators take it as an argument; `robot_file` reads it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from aeros.kinematic_chain import Mounting, mounting_of
+from aeros.runtime.ports import RobotBody, Vec3
+from aeros.sim.robot.body import Capsule
+from aeros.sim.robot.limits import JointLimits, ToolPointLimits, Vector
+
+_LIMIT_MARGIN: Final = 0.02
+"""Distance of solutions from the official limits, rad: room for tracking error (≤ 0.006 rad)."""
+
+
+@dataclass(frozen=True)
+class HandMount:
+    """A gripper with two fingers, and its mounting on the last joint.
+
+    Attributes:
+        flange: distance of the flange from the last joint's frame, along its axis, m.
+        turn: angle by which the hand is mounted turned about that axis, rad.
+        tool: distance of the tool centre point from the flange along the axis, m.
+        widest_gap: widest distance between the finger pads, m.
+        finger_speed: greatest speed of one finger, m/s.
+        greatest_force: greatest continuous grip force, N.
+    """
+
+    flange: float
+    turn: float
+    tool: float
+    widest_gap: float
+    finger_speed: float
+    greatest_force: float
+
+
+@dataclass(frozen=True, eq=False)
+class Postures:
+    """Postures that inverse kinematics begins at and leans to.
+
+    Attributes:
+        ready: posture in which arms start, its tool pointing down, rad (n,).
+        lean_weights: weight with which each joint is drawn to `ready` by a spare degree of freedom (n,);
+            0 for joints that follow the target's bearing and yaw.
+        search: differences from `ready`, turned to the target, at which to search for a solution, rad; each
+            (n,).
+    """
+
+    ready: Vector
+    lean_weights: Vector
+    search: tuple[Vector, ...]
+
+
+@dataclass(frozen=True)
+class ServoSettings:
+    """Settings of the joints' servos and of the estimate of contact forces; each has one value per joint.
+
+    Attributes:
+        correction: greatest torque by which a position controller corrects the modelled torque, N·m.
+        stiffness: gain of the servo on MuJoCo, N·m/rad.
+        damping: gain of the servo on MuJoCo, N·m·s/rad.
+        felt_torque: external torque below which a joint is not known to feel a contact, N·m.
+    """
+
+    correction: tuple[float, ...]
+    stiffness: tuple[float, ...]
+    damping: tuple[float, ...]
+    felt_torque: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class LinkMass:
+    """Mass of a link.
+
+    Attributes:
+        mass: kg.
+        centre: centre of mass in the frame of the link's joint, m.
+        inertia: xx, yy, zz, xy, xz and yz about the centre of mass, kg·m².
+    """
+
+    mass: float
+    centre: Vec3
+    inertia: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """Masses of the moving links, and what the joints add.
+
+    Attributes:
+        links: masses of the links 1 to n.
+        armature: inertia of a motor at its joint, kg·m².
+        damping: viscous friction of a joint, N·m·s/rad.
+        dry_friction: dry friction of a joint, N·m.
+    """
+
+    links: tuple[LinkMass, ...]
+    armature: float
+    damping: float
+    dry_friction: float
+
+
+@dataclass(frozen=True)
+class StockUrdf:
+    """A URDF that comes with PyBullet and has the arm with its hand.
+
+    Attributes:
+        path: its path in PyBullet's data.
+        base: name of its base link.
+        joints: names of the arm's joints, from the base outwards.
+    """
+
+    path: str
+    base: str
+    joints: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class RobotModel:
+    """An arm with its hand. Models are equal if they are the same object.
+
+    Attributes:
+        name: name of the robot.
+        description: for people.
+        body: chain, enclosing balls and hulls, as motions are decided with.
+        capsules: the links as capsules.
+        limits: of the joints.
+        tool_limits: of the tool centre point.
+        hand: the gripper.
+        postures: postures that inverse kinematics uses.
+        servos: settings of the servos.
+        dynamics: masses and friction.
+        stock_urdf: URDF for PyBullet; None if one is made from hulls and masses.
+    """
+
+    name: str
+    description: str
+    body: RobotBody
+    capsules: tuple[Capsule, ...]
+    limits: JointLimits
+    tool_limits: ToolPointLimits
+    hand: HandMount
+    postures: Postures
+    servos: ServoSettings
+    dynamics: Dynamics
+    stock_urdf: StockUrdf | None = None
+
+    @property
+    def joint_count(self) -> int:
+        """Number of the arm's joints, n."""
+        return len(self.body.dh_rows)
+
+    @cached_property
+    def mountings(self) -> tuple[Mounting, ...]:
+        """Constants of each joint's transform."""
+        return tuple(mounting_of(row) for row in self.body.dh_rows)
+
+    @cached_property
+    def twists(self) -> tuple[Vector, Vector]:
+        """Cosine and sine of each joint's twist, each (n, 1)."""
+        twists = tuple(twist for _, twist, _ in self.body.dh_rows)
+        return np.cos(twists)[:, None], np.sin(twists)[:, None]
+
+    @cached_property
+    def joint_origins(self) -> Vector:
+        """Each joint's origin in the frame before it (n, 1, 3, 1), m."""
+        lengths, _, offsets = zip(*self.body.dh_rows, strict=True)
+        cosines, sines = self.twists
+        origins = np.stack((lengths, -sines[:, 0] * offsets, cosines[:, 0] * offsets), axis=1)
+        return origins[:, None, :, None]
+
+    @cached_property
+    def lowest_solution(self) -> Vector:
+        """Lowest joint positions that inverse kinematics gives (n,), rad."""
+        return self.limits.lowest + _LIMIT_MARGIN
+
+    @cached_property
+    def highest_solution(self) -> Vector:
+        """Highest joint positions that inverse kinematics gives (n,), rad."""
+        return self.limits.highest - _LIMIT_MARGIN
+
+    @cached_property
+    def hand_rotation(self) -> Vector:
+        """Rotation of the hand in the last joint's frame (3, 3)."""
+        c, s = np.cos(self.hand.turn), np.sin(self.hand.turn)
+        return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

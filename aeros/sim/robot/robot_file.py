@@ -1,0 +1,393 @@
+"""Read a robot file: check it, report every problem with its place, and convert units."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from functools import cache
+from importlib.metadata import entry_points
+from math import isfinite
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from aeros.runtime.ports import Hull, RobotBody, Vec3
+from aeros.sim.robot.body import Capsule, enclosing_balls
+from aeros.sim.robot.kinematics import forward_kinematics
+from aeros.sim.robot.limits import JointLimits, ToolPointLimits, Vector
+from aeros.sim.robot.model import (
+    Dynamics,
+    HandMount,
+    LinkMass,
+    Postures,
+    RobotModel,
+    ServoSettings,
+    StockUrdf,
+)
+from aeros.sim.shipped_files import find_file, shipped_files
+from aeros.spec.declared.decode import decode
+from aeros.spec.declared.robots import robot as declared
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, SpanLabel
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.elaborate.expressions import elaborate_quantity, elaborate_unit
+from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME, Dimension
+from aeros.spec.model.motion import MotionPolicy
+from aeros.spec.model.site import Site
+from aeros.spec.text.fields import NumberField, TextField
+from aeros.spec.text.files import read_source
+from aeros.spec.text.yaml_reader import read_yaml
+
+GROUP: Final = "aeros.robots"
+"""Group of entry points under which an installed distribution provides robots, each a path of a file."""
+
+REFERENCE_ROBOT: Final = "panda"
+"""Name of the robot of the reference site, and of sites that name none."""
+
+_TORQUE: Final = FORCE * LENGTH
+_SPEED: Final = LENGTH * TIME**-1
+_TURNING: Final = ANGLE * TIME**-1
+
+_ROUNDING: Final = 1e-9
+"""Share of a limit by which a site may exceed it, as both are rounded."""
+
+_TILT: Final = 1e-3
+"""Greatest tilt and yaw of the tool in the ready posture, rad."""
+
+
+def known_robots() -> dict[str, Path]:
+    """List the robots that come with AEROS and those that installed distributions provide.
+
+    Returns:
+        Their files by name; a robot of AEROS goes before another one of the same name.
+
+    Raises:
+        UserError: an entry point of a distribution names no path.
+    """
+    provided = {}
+    for entry in entry_points(group=GROUP):
+        try:
+            provided[entry.name] = Path(entry.load())
+        except Exception as failure:
+            headline = f"the robot `{entry.name}` of an installed distribution cannot be found: {failure}"
+            help_ = (f"let its entry point of `{GROUP}` name the path of a robot file",)
+            raise UserError([Diagnostic("AE002", headline, help=help_)]) from failure
+    return {**provided, **shipped_files("robots")}
+
+
+def reference_robot() -> RobotModel:
+    """Read the robot of the reference site.
+
+    Returns:
+        The robot.
+    """
+    return read_robot(REFERENCE_ROBOT)
+
+
+def read_robot(name_or_path: str) -> RobotModel:
+    """Read a robot file; the same file is read once.
+
+    Args:
+        name_or_path: a path, or the name of a robot that comes with AEROS or an installed distribution.
+
+    Returns:
+        The robot.
+
+    Raises:
+        UserError: there is no such file, or it has problems.
+    """
+    shipped = shipped_files("robots")
+    if name_or_path in shipped:
+        return _read(shipped[name_or_path].resolve())
+    return _read(Path(find_file(name_or_path, known_robots(), "robot file")).resolve())
+
+
+def robot_of(site: Site) -> RobotModel:
+    """Read the robot that a site names.
+
+    Args:
+        site: the site; if it names a robot, its limits of joints may be narrower than the robot's, not wider.
+
+    Returns:
+        The robot.
+
+    Raises:
+        UserError: there is no such robot, its file has problems, or the site allows more than its limits.
+    """
+    name = site.robot or REFERENCE_ROBOT
+    if name.endswith((".yaml", ".yml")):
+        name = str(Path(site.span.source.path).parent / name)
+    robot = read_robot(name)
+    excesses = [] if site.robot is None or site.motion is None else list(_excesses(site.motion, robot))
+    if excesses:
+        help_ = (f"keep `motion` of the site inside the limits of `{robot.name}`, or name another `robot`",)
+        source, start = site.span.source, site.span.start
+        first_line = SpanLabel(source.span(start, start + len(site.span.text.partition("\n")[0])))
+        raise UserError([Diagnostic("AE208", text, first_line, help=help_) for text in excesses])
+    return robot
+
+
+def _excesses(policy: MotionPolicy, robot: RobotModel) -> Iterator[str]:
+    """Yield the limits of a site that are wider than the robot's, as sentences."""
+    if len(policy.lowest) != robot.joint_count:
+        yield (
+            f"the site's motions have {len(policy.lowest)} joints; "
+            f"its robot `{robot.name}` has {robot.joint_count}"
+        )
+        return
+    limits = robot.limits
+    columns: tuple[tuple[str, tuple[Fraction, ...], Vector, int], ...] = (
+        ("position of joint {}, rad,", policy.lowest, limits.lowest, -1),
+        ("position of joint {}, rad,", policy.highest, limits.highest, 1),
+        ("speed of joint {}, rad/s,", policy.joint_limits[0], limits.speed, 1),
+        ("acceleration of joint {}, rad/s²,", policy.joint_limits[1], limits.acceleration, 1),
+        ("jerk of joint {}, rad/s³,", policy.joint_limits[2], limits.jerk, 1),
+    )
+    for name, allowed, official, sign in columns:
+        for joint, (one, limit) in enumerate(zip(allowed, official.tolist(), strict=True), 1):
+            if sign * (float(one) - limit) > _ROUNDING * abs(limit):
+                allowing = f"the site allows a {name.format(joint)} of {float(one):g}"
+                yield f"{allowing}; the robot's limit is {limit:g}"
+
+
+@cache
+def _read(path: Path) -> RobotModel:
+    diagnostics = Diagnostics()
+    node = read_yaml(read_source(path), diagnostics)
+    file = None if node is None else decode(node, declared.Robot, diagnostics)
+    diagnostics.raise_if_errors()
+    assert file is not None  # noqa: S101  without errors there is a file
+    model = _RobotReader(file, path, diagnostics).read()
+    diagnostics.raise_if_errors()
+    _check_ready_posture(model, file, diagnostics)
+    diagnostics.raise_if_errors()
+    return model
+
+
+class _RobotReader:
+    """Reader of one decoded robot file; problems go to `diagnostics`, and then the result is of no use."""
+
+    def __init__(self, file: declared.Robot, path: Path, diagnostics: Diagnostics) -> None:
+        self._file = file
+        self._path = path
+        self._diagnostics = diagnostics
+        self._joints = len(file.chain)
+        self._links = ("foot", *(f"link{number}" for number in range(1, self._joints + 1)), "hand", "fingers")
+
+    def read(self) -> RobotModel:
+        """Convert the whole file."""
+        file = self._file
+        capsules = tuple(self._capsule(one) for one in file.capsules)
+        self._check_links(
+            [one.link.value for one in file.capsules], "capsules", (file.capsules or (file,))[-1].span
+        )
+        hand = file.hand
+        mount = HandMount(
+            self._quantity(hand.flange, LENGTH),
+            self._quantity(hand.turn, ANGLE, signed=True),
+            self._quantity(hand.tool, LENGTH),
+            self._quantity(hand.widest_gap, LENGTH),
+            self._quantity(hand.finger_speed, _SPEED),
+            self._quantity(hand.greatest_force, FORCE),
+        )
+        hulls, exempt = self._hulls()
+        body = RobotBody(
+            tuple((_float(row.length), _float(row.twist), _float(row.offset)) for row in file.chain),
+            (0.0, 0.0, mount.flange + mount.tool),
+            tuple(ball for capsule in capsules for ball in enclosing_balls(capsule)),
+            hulls,
+            exempt,
+        )
+        urdf = file.urdf
+        if urdf is not None and len(urdf.joints) != self._joints:
+            self._wrong_count("`joints`", len(urdf.joints), urdf.span)
+        return RobotModel(
+            name=file.id.value,
+            description=file.description.value,
+            body=body,
+            capsules=capsules,
+            limits=self._limits(),
+            tool_limits=self._tool_limits(),
+            hand=mount,
+            postures=self._postures(),
+            servos=self._servos(),
+            dynamics=self._dynamics(),
+            stock_urdf=None
+            if urdf is None
+            else StockUrdf(urdf.path.value, urdf.base.value, tuple(one.value for one in urdf.joints)),
+        )
+
+    def _limits(self) -> JointLimits:
+        limits = self._file.limits
+        lowest, highest = (self._column(one, ANGLE, signed=True) for one in (limits.lowest, limits.highest))
+        for joint, (low, high) in enumerate(zip(lowest, highest, strict=False), 1):
+            if low >= high:
+                text = (
+                    f"the lowest position of joint {joint}, {low:g} rad, is not below its highest, {high:g}"
+                )
+                self._report(text, limits.highest.span, "exchange them, or correct the unit")
+        return JointLimits(
+            lowest,
+            highest,
+            self._column(limits.speed, _TURNING),
+            self._column(limits.acceleration, _TURNING * TIME**-1),
+            self._column(limits.jerk, _TURNING * TIME**-2),
+            self._column(limits.torque, _TORQUE),
+            self._column(limits.torque_rate, _TORQUE * TIME**-1),
+        )
+
+    def _tool_limits(self) -> ToolPointLimits:
+        tool = self._file.tool
+        return ToolPointLimits(
+            self._quantity(tool.speed, _SPEED),
+            self._quantity(tool.acceleration, _SPEED * TIME**-1),
+            self._quantity(tool.jerk, _SPEED * TIME**-2),
+            self._quantity(tool.turning_speed, _TURNING),
+            self._quantity(tool.turning_acceleration, _TURNING * TIME**-1),
+            self._quantity(tool.turning_jerk, _TURNING * TIME**-2),
+        )
+
+    def _postures(self) -> Postures:
+        postures = self._file.postures
+        rows = [("`lean`", postures.lean), *(("a row of `search`", one) for one in postures.search)]
+        for name, row in rows:
+            if len(row) != self._joints:
+                self._wrong_count(name, len(row), postures.span)
+        ready = self._column(postures.ready, ANGLE, signed=True)
+        ready.flags.writeable = False
+        lean, *search = (np.array([_float(one) for one in row]) for _, row in rows)
+        return Postures(ready, lean, tuple(search))
+
+    def _servos(self) -> ServoSettings:
+        servos = self._file.servos
+        return ServoSettings(
+            tuple(self._column(servos.correction, _TORQUE).tolist()),
+            tuple(self._column(servos.stiffness, _TORQUE * ANGLE**-1).tolist()),
+            tuple(self._column(servos.damping, _TORQUE * TIME * ANGLE**-1).tolist()),
+            tuple(self._column(servos.felt_torque, _TORQUE).tolist()),
+        )
+
+    def _dynamics(self) -> Dynamics:
+        dynamics = self._file.dynamics
+        if len(dynamics.links) != self._joints:
+            self._wrong_count("`links`", len(dynamics.links), dynamics.span)
+        for link in dynamics.links:
+            if link.mass.value <= 0 or min(one.value for one in link.inertia[:3]) <= 0:
+                self._report("a link without mass or moment of inertia", link.span, "give it more than 0")
+        masses = tuple(
+            LinkMass(_float(one.mass), _point(one.centre), tuple(_float(part) for part in one.inertia))
+            for one in dynamics.links
+        )
+        return Dynamics(
+            masses, _float(dynamics.armature), _float(dynamics.damping), _float(dynamics.dry_friction)
+        )
+
+    def _capsule(self, one: declared.Capsule) -> Capsule:
+        name, joint = one.link.value, one.joint.value
+        expected = self._joint_of(name)
+        if expected is None:
+            self._report(f"there is no link `{name}`", one.span, f"name one of {', '.join(self._links)}")
+        elif joint != expected:
+            self._report(f"`{name}` is moved by {expected} joints, not by {joint}", one.joint.span)
+        if one.radius.value <= 0:
+            self._report(f"the radius of `{name}` is not above 0 m", one.radius.span)
+        radius = _float(one.radius) if one.radius.value > 0 else 1.0
+        return Capsule(name, joint, _point(one.a), _point(one.b), radius)
+
+    def _joint_of(self, link: str) -> int | None:
+        """Return the number of joints that move a link; None if there is none of that name."""
+        if link not in self._links:
+            return None
+        return min(self._links.index(link), self._joints)
+
+    def _hulls(self) -> tuple[tuple[Hull, ...], tuple[tuple[str, str], ...]]:
+        """Read the hulls and the pairs of links that need no check."""
+        text = self._file.hulls
+        try:
+            data = json.loads((self._path.parent / text.value).read_text(encoding="utf-8"))
+            hulls = tuple(self._hull(one) for one in data["hulls"])
+            first_and_second = [one["links"] for one in data["exempt_pairs"]]
+            exempt = tuple((str(first), str(second)) for first, second in first_and_second)
+        except (OSError, ValueError, KeyError, TypeError) as failure:
+            cause = f"the file {failure} is missing" if isinstance(failure, OSError) else repr(failure)
+            self._report(
+                f"the hulls in `{text.value}` cannot be read: {cause}",
+                text.span,
+                "make the file with tools/fit_robot.py, next to the robot file",
+            )
+            return (), ()
+        self._check_links([one.link for one in hulls], f"hulls of `{text.value}`", text.span)
+        return hulls, exempt
+
+    def _hull(self, one: dict[str, Any]) -> Hull:
+        corners = tuple((float(x), float(y), float(z)) for x, y, z in one["corners"])
+        radius, link = float(one["radius"]), str(one["link"])
+        if len(corners) < 4 or radius < 0.0 or not all(isfinite(x) for corner in corners for x in corner):
+            raise ValueError(f"the hull of {link} has fewer than 4 corners, or a number out of range")
+        if one["joint"] != self._joint_of(link):
+            raise ValueError(f"{link} is not moved by {one['joint']} joints")
+        return Hull(link, int(one["joint"]), corners, radius)
+
+    def _check_links(self, links: Sequence[str], things: str, span: SourceSpan) -> None:
+        missing = [name for name in self._links if name not in links]
+        if missing:
+            listed = ", ".join(f"`{name}`" for name in missing)
+            self._report(f"the {things} lack {listed}", span, "every link needs one, or it is not avoided")
+
+    def _column(self, column: declared.Column, dimension: Dimension, *, signed: bool = False) -> Vector:
+        """Convert one number for each joint to SI; report a wrong count, unit or sign."""
+        unit = elaborate_unit(column.unit, self._diagnostics)
+        if unit is not None and unit.dimension != dimension:
+            headline = f"expected a unit of {dimension}, found `{column.unit.value}`"
+            self._report(headline, column.unit.span)
+        if len(column.values) != self._joints:
+            self._wrong_count("this column", len(column.values), column.span)
+        for one in column.values:
+            if not signed and one.value <= 0:
+                self._report(f"`{one.node.text}` is not above 0", one.span)
+        return np.array(
+            [float(one.value if unit is None else unit.to_si(one.value)) for one in column.values],
+            dtype=np.float64,
+        )
+
+    def _quantity(self, text: TextField, dimension: Dimension, *, signed: bool = False) -> float:
+        value = elaborate_quantity(text, dimension, self._diagnostics)
+        if value is not None and value <= 0 and not signed:
+            self._report(f"`{text.value}` is not above 0", text.span)
+        return 1.0 if value is None else float(value)
+
+    def _wrong_count(self, name: str, count: int, span: SourceSpan) -> None:
+        headline = f"{name} has {count} values; the chain has {self._joints} joints"
+        self._report(headline, span, "give one value for each joint, from the base outwards")
+
+    def _report(self, headline: str, span: SourceSpan, *help_: str) -> None:
+        self._diagnostics.error("AE208", headline, span, help=help_)
+
+
+def _check_ready_posture(model: RobotModel, file: declared.Robot, diagnostics: Diagnostics) -> None:
+    """Report a ready posture outside the limits, or in which the tool does not point down with yaw 0."""
+    ready, span = model.postures.ready, file.postures.ready.span
+    outside = np.flatnonzero((ready < model.lowest_solution) | (ready > model.highest_solution))
+    for joint in outside.tolist():
+        headline = f"in the ready posture joint {joint + 1} is less than 0.02 rad inside its limits"
+        diagnostics.error("AE208", headline, span, help=("choose a posture inside the limits",))
+    _, turned, _ = forward_kinematics(model, ready[None, :])
+    tilt = float(np.linalg.norm(turned[0] - np.diag((1.0, -1.0, -1.0))))
+    if tilt > _TILT:
+        diagnostics.error(
+            "AE208",
+            "in the ready posture the tool does not point down with its fingers closing along y",
+            span,
+            help=("correct the posture, the chain, or `turn` of the hand",),
+        )
+
+
+def _float(number: NumberField) -> float:
+    return float(number.value)
+
+
+def _point(numbers: Sequence[NumberField]) -> Vec3:
+    x, y, z = map(_float, numbers)
+    return (x, y, z)

@@ -1,0 +1,239 @@
+"""Schema of a robot file, unresolved: an arm with its hand as data.
+
+Numbers with units are still text; `aeros.sim.robot.robot_file` gives them meaning.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from aeros.spec.declared.field_types import Identifier
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.text.fields import IntegerField, LengthBounds, NumberField, TextField
+
+Point = Annotated[tuple[NumberField, ...], LengthBounds(3, 3)]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One number for each joint, from the base outwards.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    unit: TextField = field(metadata={"doc": "the unit of `values`, as in `unit: rad/s`"})
+    values: tuple[NumberField, ...] = field(metadata={"doc": "one number for each joint"})
+    source: TextField | None = field(default=None, metadata={"doc": "the source of the numbers"})
+
+
+@dataclass(frozen=True)
+class ChainRow:
+    """Modified (Craig) Denavit–Hartenberg parameters of one joint.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    length: NumberField = field(metadata={"doc": "a, m"})
+    twist: NumberField = field(metadata={"doc": "alpha, rad"})
+    offset: NumberField = field(metadata={"doc": "d, m"})
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Official limits of the joints.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    lowest: Column = field(metadata={"doc": "lowest positions"})
+    highest: Column = field(metadata={"doc": "highest positions"})
+    speed: Column = field(metadata={"doc": "greatest speeds"})
+    acceleration: Column = field(metadata={"doc": "greatest accelerations"})
+    jerk: Column = field(metadata={"doc": "greatest jerks"})
+    torque: Column = field(metadata={"doc": "greatest torques"})
+    torque_rate: Column = field(metadata={"doc": "greatest changes of torque"})
+
+
+@dataclass(frozen=True)
+class Tool:
+    """Limits of the tool centre point.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    speed: TextField = field(metadata={"doc": "greatest speed, as in `speed: 1.7 m/s`"})
+    acceleration: TextField = field(metadata={"doc": "greatest acceleration"})
+    jerk: TextField = field(metadata={"doc": "greatest jerk"})
+    turning_speed: TextField = field(metadata={"doc": "greatest rotational speed"})
+    turning_acceleration: TextField = field(metadata={"doc": "greatest rotational acceleration"})
+    turning_jerk: TextField = field(metadata={"doc": "greatest rotational jerk"})
+    source: TextField | None = field(default=None, metadata={"doc": "the source of the numbers"})
+
+
+@dataclass(frozen=True)
+class Hand:
+    """The gripper and its mounting.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    model: Literal["franka_hand"] = field(
+        metadata={"doc": "the gripper; simulators have the shapes and masses of this one alone"}
+    )
+    flange: TextField = field(
+        metadata={"doc": "distance of the flange from the last joint's frame, along its axis"}
+    )
+    turn: TextField = field(metadata={"doc": "angle by which it is mounted turned about that axis"})
+    tool: TextField = field(metadata={"doc": "distance of the tool centre point from the flange"})
+    widest_gap: TextField = field(metadata={"doc": "widest distance between the finger pads"})
+    finger_speed: TextField = field(metadata={"doc": "greatest speed of one finger"})
+    greatest_force: TextField = field(metadata={"doc": "greatest continuous grip force"})
+    source: TextField | None = field(default=None, metadata={"doc": "the source of the numbers"})
+
+
+@dataclass(frozen=True)
+class Postures:
+    """Postures that inverse kinematics uses.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    ready: Column = field(metadata={"doc": "the posture in which it starts; the tool points down, yaw 0"})
+    lean: tuple[NumberField, ...] = field(
+        metadata={
+            "doc": "weight with which each joint is drawn to `ready`; 0 for joints that follow the target's "
+            "bearing and yaw"
+        }
+    )
+    search: tuple[tuple[NumberField, ...], ...] = field(
+        default=(),
+        metadata={"doc": "differences from `ready`, rad, at which to search for further solutions"},
+    )
+
+
+@dataclass(frozen=True)
+class Servos:
+    """Settings of the simulated servos, and of the estimate of contact forces.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    correction: Column = field(
+        metadata={"doc": "greatest torque by which a servo corrects the modelled torque"}
+    )
+    stiffness: Column = field(metadata={"doc": "gains on MuJoCo, in Nm/rad"})
+    damping: Column = field(metadata={"doc": "gains on MuJoCo, in Nm*s/rad"})
+    felt_torque: Column = field(
+        metadata={"doc": "external torques below which a joint is not known to feel a contact"}
+    )
+
+
+@dataclass(frozen=True)
+class Link:
+    """Mass of a moving link.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    mass: NumberField = field(metadata={"doc": "kg"})
+    centre: Point = field(metadata={"doc": "centre of mass in the frame of the link's joint, m"})
+    inertia: Annotated[tuple[NumberField, ...], LengthBounds(6, 6)] = field(
+        metadata={"doc": "xx, yy, zz, xy, xz and yz about the centre of mass, kg·m²"}
+    )
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """Masses of the moving links, and what the joints add.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    armature: NumberField = field(metadata={"doc": "inertia of a motor at its joint, kg·m²"})
+    damping: NumberField = field(metadata={"doc": "viscous friction of a joint, N·m·s/rad"})
+    dry_friction: NumberField = field(metadata={"doc": "dry friction of a joint, N·m"})
+    links: tuple[Link, ...] = field(metadata={"doc": "of each moving link, from the base outwards"})
+    source: TextField | None = field(default=None, metadata={"doc": "the source of the numbers"})
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """All points within a radius of a segment; it encloses a link.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    link: Identifier = field(metadata={"doc": "the link: `foot`, `link1` and so on, `hand` or `fingers`"})
+    joint: IntegerField = field(metadata={"doc": "number of joints that move it; 0 for the foot"})
+    a: Point = field(metadata={"doc": "one end of the segment, in the frame of that joint, m"})
+    b: Point = field(metadata={"doc": "the other end, m"})
+    radius: NumberField = field(metadata={"doc": "m"})
+
+
+@dataclass(frozen=True)
+class Urdf:
+    """A URDF that comes with PyBullet.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    path: TextField = field(metadata={"doc": "its path in PyBullet's data"})
+    base: TextField = field(metadata={"doc": "the name of its base link"})
+    joints: tuple[TextField, ...] = field(metadata={"doc": "the names of the arm's joints"})
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A whole robot file.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    schema: Literal["aeros/robot/1"] = field(metadata={"doc": "`schema: aeros/robot/1`"})
+    id: Identifier = field(metadata={"doc": "the robot's name"})
+    description: TextField = field(metadata={"doc": "the robot, for people"})
+    licence: TextField = field(metadata={"doc": "licence and origin of the shapes and masses"})
+    chain: Annotated[tuple[ChainRow, ...], LengthBounds(6, 12)] = field(
+        metadata={"doc": "the chain of revolute joints, from the base outwards"}
+    )
+    limits: Limits = field(metadata={"doc": "the official limits of the joints"})
+    tool: Tool = field(metadata={"doc": "the limits of the tool centre point"})
+    hand: Hand = field(metadata={"doc": "the gripper and its mounting"})
+    postures: Postures = field(metadata={"doc": "postures that inverse kinematics uses"})
+    servos: Servos = field(metadata={"doc": "settings of the simulated servos"})
+    dynamics: Dynamics = field(metadata={"doc": "masses of the links"})
+    capsules: tuple[Capsule, ...] = field(metadata={"doc": "capsules that enclose the links"})
+    hulls: TextField = field(
+        metadata={
+            "doc": "the file with the links' hulls, next to this file, as in `hulls: my_arm_hulls.json`"
+        }
+    )
+    urdf: Urdf | None = field(
+        default=None,
+        metadata={"doc": "a URDF of arm and hand for PyBullet; if absent, one is made from hulls and masses"},
+    )
