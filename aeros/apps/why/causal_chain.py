@@ -135,10 +135,8 @@ class RunLog:
     def _explain_end(self) -> CausalExplanation:
         end = next((one for one in reversed(self._notes) if one[1] in _END_EVENTS), None)
         failed = tuple(one for one in self.steps if one.failed)
-        halt = next(
-            (at for at in reversed(range(len(self._records))) if self._records[at]["event"] == _DISAGREEMENT),
-            None,
-        )
+        events = [record["event"] for record in self._records]
+        halt = max((at for at, one in enumerate(events) if one == _DISAGREEMENT), default=None)
         if halt is not None and (end is None or end[1] != "run-ended" or end[0] < halt):
             return CausalExplanation(
                 "the robot was halted: the compiled gate and Z3 decided an action differently",
