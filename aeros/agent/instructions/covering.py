@@ -33,8 +33,8 @@ def cover(entry: TaskPhrases, words: Words, *, knows_pronoun: bool, is_perfect: 
     return cover.result()
 
 
-class _Cover:
-    """One pass over the words, from the left. Each step returns how many words it has covered."""
+class _CoveredWords:
+    """What a pass over the words has covered so far."""
 
     def __init__(self, entry: TaskPhrases, words: Words, *, knows_pronoun: bool, is_perfect: bool) -> None:
         self._entry = entry
@@ -56,28 +56,6 @@ class _Cover:
         self._last: object = None
         two_words = (phrase for phrase in entry.triggers if len(phrase) == 2)
         self._particles = {phrase[-1] for phrase in two_words} & english.PARTICLES
-
-    def run(self) -> None:
-        """Cover all words."""
-        steps: tuple[Callable[[int], int], ...] = (
-            self._declared,
-            self._label,
-            self._possessive,
-            self._pronoun,
-            self._extent_of_pronoun,
-            self._beneficiary,
-            self._number,
-            self._universal,
-            partial(_extent, self._entry, self._words),
-            self._unstressed,
-            self._preposition,
-        )
-        at = 0
-        while at < len(self._words):
-            covered = next((covered for step in steps if (covered := step(at))), 0)
-            if not covered:
-                self._unknown.append(self._words[at])
-            at += covered or 1
 
     def result(self) -> Coverage:
         """Return the coverage after `run`."""
@@ -105,6 +83,35 @@ class _Cover:
         self._names_all = self._names_all or words in plural_objects(self._entry)
         self._objects.append(words)
         self._last = self._objects
+
+    def _stated_part(self, parameter: str) -> bool:
+        return StatedValues(self._stated.task, {parameter: frozenset()}).names_part
+
+
+class _Cover(_CoveredWords):
+    """One pass over the words, from the left. Each step returns how many words it has covered."""
+
+    def run(self) -> None:
+        """Cover all words."""
+        steps: tuple[Callable[[int], int], ...] = (
+            self._declared,
+            self._label,
+            self._possessive,
+            self._pronoun,
+            self._extent_of_pronoun,
+            self._beneficiary,
+            self._number,
+            self._universal,
+            partial(_extent, self._entry, self._words),
+            self._unstressed,
+            self._preposition,
+        )
+        at = 0
+        while at < len(self._words):
+            covered = next((covered for step in steps if (covered := step(at))), 0)
+            if not covered:
+                self._unknown.append(self._words[at])
+            at += covered or 1
 
     def _declared(self, at: int) -> int:
         """Cover the longest phrase of the task, or of a value of its parameters."""
@@ -184,9 +191,6 @@ class _Cover:
         is_of_thing = self._words[at] == "s" and self._last in (self._objects, self._entry.extras)
         is_known = self._knows_pronoun or bool(self._objects)
         return int(is_of_thing or (self._words[at] in ("its", "their") and is_known))
-
-    def _stated_part(self, parameter: str) -> bool:
-        return StatedValues(self._stated.task, {parameter: frozenset()}).names_part
 
     def _pronoun(self, at: int) -> int:
         word = self._words[at]
