@@ -93,6 +93,7 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
         one._transactions = SimpleNamespace(change_lock=changing, commit=lambda _, new, *__: made.append(new))
         try:
             if verb.value == "install":
+                one._find_waiting = lambda _: {}
                 one.install(_FolderStub())
             elif verb.value == "configure":
                 one._find_waiting = lambda _: {"m": None} if ask("waits") else {}
