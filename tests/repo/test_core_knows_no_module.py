@@ -70,7 +70,7 @@ def test_no_data_of_the_core_names_a_shipped_module_or_its_objects() -> None:
         if path.suffix not in (".yaml", ".toml", ".template"):
             continue
         text = path.read_text(encoding="utf-8")
-        if path == reference_site_path():
+        if path.parent == reference_site_path().parent:
             text = re.sub(r"^  grants:\n(    .*\n)+", "", text, flags=re.MULTILINE)
             text = re.sub(r"^objects:\n(  .*\n)+", "", text, flags=re.MULTILINE)
         lines = [line for line in text.splitlines() if not line.lstrip().startswith("#")]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ast
+from itertools import product
 
 import pytest
 
 from aeros.spec.obligations.skill_syntax.skill_source import SkillFile, UnreadableCodeError, read_skill_files
+from tests.property.mix import Mix
 
 
 def test_the_tree_its_nodes_and_its_functions_are_those_of_the_text() -> None:
@@ -102,3 +104,23 @@ def test_each_file_of_a_module_is_read_by_its_path() -> None:
     assert isinstance(good, SkillFile)
     assert good.source.path == "it/skills.py"
     assert isinstance(bad, UnreadableCodeError)
+
+
+@pytest.mark.filterwarnings("ignore::SyntaxWarning")
+def test_code_is_refused_exactly_where_python_does_not_read_it() -> None:
+    mix = Mix()
+    for pieces in product(("x", " = ", "1", "(", ")", ":", "\n", "if ", "    "), repeat=4):
+        code = "".join(pieces)
+        try:
+            compile(code, "skills.py", "exec")
+            is_python = True
+        except SyntaxError:
+            is_python = False
+        try:
+            SkillFile("skills.py", code.encode())
+            found = None
+        except UnreadableCodeError as error:
+            found = error.diagnostic.code
+        assert found in (None, "AE139"), code
+        mix.compare("AE139", proved=found is None, expected=is_python)
+    mix.assert_both("AE139")
