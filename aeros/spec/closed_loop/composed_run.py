@@ -13,7 +13,7 @@ all these states together.  So a loop with such a graph is proved, and its succe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -22,6 +22,7 @@ from typing import Final, Literal
 
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Part, Step, handler_cycle
 from aeros.spec.model.step_graph import If, Par, Seq, steps_of
 
@@ -101,6 +102,8 @@ class ComposedRun:
         invoke: makes the invocation of a skill by its name, with constant inputs.
         condition: makes a condition on states.
         is_over: tells whether the goal is reached, after which nothing more starts.
+        uncertain: predicates that may be unknown although everything is measured: a branch on one may fail,
+            with probability 0.
 
     Raises:
         HandlerCycleError: its handlers lead back to each other.
@@ -118,6 +121,7 @@ class ComposedRun:
         invoke: Callable[[str, Mapping[str, object]], Invocation],
         condition: Callable[[If[Step]], StateCondition],
         is_over: Callable[[State], bool],
+        uncertain: Collection[str] = (),
     ) -> None:
         if handler_cycle(composition):
             raise HandlerCycleError(composition)
@@ -125,6 +129,7 @@ class ComposedRun:
         self._invoke = invoke
         self._condition = condition
         self._is_over = is_over
+        self._uncertain = frozenset(uncertain)
         self._invocations: dict[int, list[Invocation]] = {}
         self._conditions: dict[int, StateCondition] = {}
         self._through: set[State] = set()
@@ -173,6 +178,8 @@ class ComposedRun:
         holds = self._conditions.setdefault(id(part), self._condition(part))
         done = {state: weight for state, weight in before.items() if self._is_over(state)}
         left = {state: weight for state, weight in before.items() if state not in done}
+        if not self._uncertain.isdisjoint(t.variables_of(part.condition)):
+            _add(failed, dict.fromkeys(left, NOTHING))
         then = {state: weight for state, weight in left.items() if holds(state)}
         other = {state: weight for state, weight in left.items() if state not in then}
         _add(done, self._part(part.then, then, role, failed))

@@ -28,7 +28,11 @@ from typing import Any, Final, Literal, TypeAlias
 from aeros.spec.closed_loop.composed_run import ComposedRun, Role, RunTooLargeError
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition, UnsettledError
 from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError, recoveries_of, skills_of
-from aeros.spec.consequences.consequences import with_consequences
+from aeros.spec.consequences.consequences import (
+    known_definitions,
+    uncertain_predicates,
+    with_consequences,
+)
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Task
 from aeros.spec.model.site import Site
@@ -125,6 +129,7 @@ class TransitionSystem:
         self._looked_up = [(index, place) for index, place in enumerate(places) if place is not None]
         self._decided = [index for index, place in enumerate(places) if place is None]
         self._settable = settable
+        self._uncertain = uncertain_predicates(known_definitions(ecm))
         self._steps = [[self._way(one, rule) for one in ecm.alternatives(rule.skill)] for rule in task.rules]
         self._providers = [ecm.providers(rule.skill) for rule in task.rules]
         self._recoveries = {
@@ -178,6 +183,7 @@ class TransitionSystem:
             self._invocation,
             lambda part: self.condition(part.condition),
             self._goal,
+            self._uncertain,
         )
         precondition = self.condition(alternative.composition.precondition)
         return _ComposedWay(alternative.name, precondition, run)

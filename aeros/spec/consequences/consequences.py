@@ -68,6 +68,25 @@ def known_definitions(ecm: Ecm) -> Definitions:
     return {name: one for owner in owners.values() for name, one in owner.definitions.items()}
 
 
+def uncertain_predicates(definitions: Definitions) -> frozenset[str]:
+    """List the predicates by definition that may be unknown although everything that they read is measured.
+
+    Args:
+        definitions: definitions by full name.
+
+    Returns:
+        Those with a margin, and those that read one of these, directly or not.
+    """
+    found = {name for name, one in definitions.items() if one.margin}
+    while more := {
+        name
+        for name, one in definitions.items()
+        if name not in found and not found.isdisjoint(t.variables_of(one.term))
+    }:
+        found |= more
+    return frozenset(found)
+
+
 def modules_with_consequences(modules: Mapping[str, Ecm], site: Site) -> dict[str, Ecm]:
     """Add their consequences to all outcomes of modules that are active together.
 

@@ -30,12 +30,15 @@ def step(name: str, retry: int = 0, between: str | None = None, last: str | None
     return Step(name, name, {}, {}, retry, between, last, SPAN)
 
 
-def run(body: Part, goal: t.Term = t.FALSE, **handlers: Step) -> tuple[Weights, Weights, ComposedRun]:
+def run(
+    body: Part, goal: t.Term = t.FALSE, uncertain: tuple[str, ...] = (), **handlers: Step
+) -> tuple[Weights, Weights, ComposedRun]:
     made = ComposedRun(
         Composition("c", t.TRUE, None, body, handlers, SPAN),
         lambda name, inputs: Invocation(SKILLS[name], inputs, NAMES),
         lambda part: StateCondition(part.condition, NAMES),
         StateCondition(goal, NAMES),
+        uncertain,
     )
     done, failed, _ = made.run((False, False, False), "step")
     return done, failed, made
@@ -49,6 +52,17 @@ def test_a_sequence_ends_with_its_first_failure() -> None:
     done, failed, _ = run(Seq((step("dough"), step("filling"))))
     assert shown(done) == {(True, True, False): (HALF, 1, 0, 0)}
     assert shown(failed) == {(False, False, False): (HALF, HALF, 0, 0)}
+
+
+def test_a_branch_on_an_uncertain_predicate_may_fail_with_probability_0() -> None:
+    choice = If(term(DOUGH), DOUGH, step("filling"), step("water"), SPAN)
+    body = Seq((step("align"), choice))
+    aligned = (False, False, True)
+    certain, uncertain = run(body)[1], run(body, uncertain=(DOUGH,))[1]
+    assert aligned not in certain
+    assert shown(uncertain)[aligned] == (0, 0, 0, 0)
+    assert run(body, uncertain=(ALIGNED,))[1] == certain
+    assert run(body)[0] == run(body, uncertain=(DOUGH,))[0]
 
 
 def test_tries_and_recoveries_are_counted() -> None:

@@ -9,12 +9,16 @@ from typing import Any
 from aeros.spec.consequences.consequences import (
     modules_with_consequences,
     stated_terms,
+    uncertain_predicates,
     value_that_follows,
     with_consequences,
 )
+from aeros.spec.expr import terms as t
 from aeros.spec.expr.effects import Increment, QuantityRange
+from aeros.spec.expr.types import BOOL
 from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
+from aeros.spec.model.perception import Definition
 from tests.unit.agent.dumplings import SPAN, module, outcome
 from tests.unit.spec.consequences.places import DEFINITIONS, STATE, asking, site, term
 
@@ -78,3 +82,12 @@ def test_modules_that_are_active_together_know_the_predicates_of_each_other() ->
     found = modules_with_consequences({"n": alone, "m": other}, site())["n"].skills["go"]
     assert found.outcomes["gone"].consequences["m.docked"] is None
     assert found.disturbed["m.docked"] == "`base`"
+
+
+def test_a_margin_makes_all_uncertain_that_is_read_from_it() -> None:
+    def defined(name: str, margin: int = 0) -> Definition:
+        read = t.Variable(name, BOOL, t.VariableRole.STATE)
+        return Definition(read, name, SPAN, Fraction(margin))
+
+    definitions = {"c": defined("b"), "b": defined("a"), "a": defined("seen", 2), "d": defined("seen")}
+    assert uncertain_predicates(definitions) == {"a", "b", "c"}
