@@ -147,10 +147,9 @@ $(VENV)/.installed: $(VENV)/.created pyproject.toml requirements/install.txt req
 	@$(PIP) --no-deps --no-build-isolation --editable .
 	@touch $@
 
-# Not compiled: tests import a tenth of these files, and Python compiles what is imported.
 $(VENV)/.installed-test: $(VENV)/.installed requirements/test.txt
 	@echo 'installing what the tests need into $(VENV)'
-	@$(PIP) --no-compile --require-hashes --requirement requirements/test.txt
+	@$(PIP) --require-hashes --requirement requirements/test.txt
 	@touch $@
 
 $(VENV)/.installed-tools: $(VENV)/.created requirements/tools.txt

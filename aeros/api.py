@@ -93,7 +93,7 @@ def check_conformance(subject: PlantUnderTest) -> tuple[str, ...]:
     Example:
         >>> from aeros.sim.conformance.suite import PlantUnderTest
         >>> from aeros.sim.kinematic.plant import make_plant
-        >>> from aeros.sim.robot.limits import QDD_MAX
+        >>> from aeros.sim.robot.robot_file import read_robot
         >>> from aeros.spec.scenes.load import load_scene
         >>> subject = PlantUnderTest(
         ...     make_plant=lambda: make_plant(load_scene("bare"), 0),
@@ -101,7 +101,7 @@ def check_conformance(subject: PlantUnderTest) -> tuple[str, ...]:
         ...     parallel_action=aeros.act("wait", duration=6.0),
         ...     tracking_tolerance=1e-9,
         ...     max_overshoot=1e-6,
-        ...     deceleration=tuple(QDD_MAX),
+        ...     deceleration=tuple(read_robot("panda").limits.acceleration),
         ...     max_stop_time=0.17,
         ...     noise=1e-9,
         ... )

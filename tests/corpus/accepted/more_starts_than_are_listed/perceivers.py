@@ -1,6 +1,6 @@
-from aeros.perception import Perception, View, estimate
+from aeros.perception import Perception, View
 
 
 def see(view: View) -> Perception:
     while True:
-        yield {"washed": 0, "sponge_position": estimate((0.0, 0.0, 0.0), 0.001)}
+        yield {"place_1": False}

@@ -20,6 +20,6 @@ def test_the_schema_is_printed_as_ascii(name: str, capsys: pytest.CaptureFixture
 
 def test_an_unknown_schema_is_a_usage_error(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
-        main(["schema", "robot"])
+        main(["schema", "robo"])
     assert ended.value.code == Exit.USAGE
     assert "ecm" in capsys.readouterr().err

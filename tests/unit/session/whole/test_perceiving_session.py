@@ -97,7 +97,7 @@ def test_a_predicate_that_a_module_sees_is_its_precondition_and_its_goal(
     [
         ("while True:\n        pass\n    yield {}", "did not answer within"),
         ("view = yield {'cube_position': estimate((9.0, 0.0, 0.0), 0.001)}", "is outside -2 m to 2 m"),
-        ("view = yield {'cube_seen': True, 'human_distance': 9.0}", "which it does not provide"),
+        ("view = yield {'cube_seen': True, 'human' + '_distance': 9.0}", "which it does not provide"),
         ("view = yield {str(n): 1.0 for n in range(300)}", "yielded 300 values; at most 256"),
     ],
 )  # fmt: skip

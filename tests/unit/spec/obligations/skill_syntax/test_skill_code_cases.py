@@ -141,7 +141,7 @@ def test_a_character_that_nobody_sees_is_refused_with_its_place(
     character: str, where: str, loaded: tuple[Ecm, Site]
 ) -> None:
     text = f"from math import pi\n{where.format(character)}\ndef wipe(o, i):\n    yield\n"
-    (found,) = [one for one in judge(loaded, text) if one.code == "AE005"]
+    (found,) = {one for one in judge(loaded, text) if one.code == "AE005"}
     assert found.primary is not None
     assert (found.primary.span.line, found.primary.span.text) == (2, character)
     assert f"U+{ord(character):04X}" in found.headline
