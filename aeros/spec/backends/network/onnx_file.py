@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import prod
+from math import isnan, prod
 from typing import Final
 
 from aeros.spec.backends.network.protobuf import Message, floats, integers, parts, read_message, texts
@@ -161,6 +161,8 @@ def _named_tensor(content: bytes) -> tuple[str, Tensor]:
         numbers = tuple(floats(tensor, 4 if type_ == _FLOAT else 10, code))
     if len(numbers) != prod(shape):
         raise OnnxFileError(f"`{name}` has {len(numbers)} numbers, which do not fill its shape {shape}")
+    if any(map(isnan, numbers)):  # infinity may be a bound of Clip
+        raise OnnxFileError(f"`{name}` holds what is not a number (NaN)")
     return name, Tensor(shape, numbers, type_ == _DOUBLE)
 
 

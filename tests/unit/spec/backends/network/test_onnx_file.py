@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+import struct
 from contextlib import suppress
 
 import pytest
@@ -33,6 +35,18 @@ def test_numbers_in_another_file_are_refused() -> None:
     graph = b"\x2a" + bytes([len(tensor)]) + tensor
     with pytest.raises(OnnxFileError, match="another file, which no certificate covers"):
         read_onnx(b"\x3a" + bytes([len(graph)]) + graph)
+
+
+@pytest.mark.parametrize(("number", "is_refused"), [(math.nan, True), (math.inf, False)])
+def test_weights_that_are_no_numbers_are_refused(number: float, is_refused: bool) -> None:
+    content = content_of(TENT)
+    assert content.count(struct.pack("<f", -2.0)) == 1
+    changed = content.replace(struct.pack("<f", -2.0), struct.pack("<f", number))
+    if is_refused:
+        with pytest.raises(OnnxFileError, match=r"`w1` holds what is not a number \(NaN\)"):
+            read_onnx(changed)
+    else:
+        assert read_onnx(changed).constants["w1"].numbers == (1.0, math.inf)
 
 
 @given(st.integers(0, len(content_of(TENT)) - 1), st.integers(0, 255))
