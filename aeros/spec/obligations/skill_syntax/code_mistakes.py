@@ -16,7 +16,7 @@ from typing import Any, Final
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
-from aeros.spec.expr.types import BoolType, EnumType, IntegerType, RealType, Type, VectorType
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, Type, VectorType
 from aeros.spec.expr.units import format_quantity
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
@@ -171,7 +171,7 @@ def _actions_outside_envelope(
                     help=(f"did you mean `{near}`?" if near else f"one of {_or(own or type_.members)}",),
                 )
                 return
-            if value is None and _is_literal(node):
+            if value is None and not isinstance(type_, FamilyType) and _is_literal(node):
                 yield Diagnostic(
                     "AE148",
                     f"`{keyword}` of this `{kind}` is `{ast.unparse(node)}`, which is no {type_}",
