@@ -156,7 +156,7 @@ def read_table(
             raise ModelFileError(
                 f"the range of `{name}` is {lower:g} to {upper:g} {inputs[name].unit}, and the rows of "
                 f"`{file}` cover {axis[0]:g} to {axis[-1]:g} only",
-                f"add rows for the rest, or declare `range: [{axis[0]:g}, {axis[-1]:g}]`",
+                f"add rows for the rest, or declare `range: [{_exact(axis[0])}, {_exact(axis[-1])}]`",
             )
     points = list(zip(*(columns[name] for name in inputs), strict=True))
     position = {point: row for row, point in enumerate(points)}
@@ -194,6 +194,12 @@ def _named_columns(
                 f"declare `unit: {unit}` and the range in it, or convert the column",
             )
     return {name: columns[headers[name]] for name in declared}
+
+
+def _exact(number: float) -> str:
+    """Format a number so that it is read back as the same double."""
+    short = f"{number:g}"
+    return short if float(short) == number else repr(number)
 
 
 def _grid_cure(axes: Mapping[str, tuple[float, ...]], points: Sequence[tuple[float, ...]]) -> str:

@@ -66,9 +66,10 @@ def _faults(
     for name in {**scenes_in(module.path), **{one: None for one in module.scenes if one in known}}:
         try:
             scene = load_scene(name, around, module.cameras, variables)
-            known_modules = {*variables, *(path.name for path in everywhere)}
-            if scene.module is not None and scene.module not in known_modules:
-                yield _unknown_module(scene, module)
+            if scene.module is not None and scene.module not in variables:
+                # Another module may be in a folder of another name; a slip is near a name that is known.
+                near = did_you_mean(scene.module, [one for one in variables if one])
+                yield from () if near is None else (_unknown_module(scene, near),)
             if name in module.scenes:
                 require_robot(scene)
                 yield from _missing_cameras(module, scene, module.scenes[name])
@@ -88,11 +89,11 @@ def _faults(
             yield from (_placed(one, span, f"the scenes of `{task}`") for one in error.diagnostics)
 
 
-def _unknown_module(scene: Scene, module: SubjectReport) -> Diagnostic:
+def _unknown_module(scene: Scene, near: str) -> Diagnostic:
     return Diagnostic(
         "AE122",
-        f"the scene `{scene.name}` is of the module `{scene.module}`, which is not here",
-        help=(f"write `module: {module.name}` if it is of this one", f"or verify `{scene.module}` as well"),
+        f"the scene `{scene.name}` is of the module `{scene.module}`, which is not verified with it",
+        help=(f"did you mean `{near}`?", f"or verify `{scene.module}` as well"),
     )
 
 

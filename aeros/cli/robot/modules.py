@@ -143,9 +143,6 @@ def _install(arguments: argparse.Namespace) -> Exit:
         one = registry.install(source, arguments.digest, allows_downgrade=arguments.allow_downgrade)
     print_line(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
     print_open_settings(one.name, registry.settings(one.name))
-    waits = registry.waiting().get(one.name)
-    if waits is not None and waits.needs:
-        print_line(f"it waits to be configured: {waits.reason}")
     _print_blocks(registry, one)
     return Exit.SUCCESS
 

@@ -25,7 +25,7 @@ from aeros.runtime.registry.operator_block import (
     parse_versions,
 )
 from aeros.runtime.registry.registry import Registry
-from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, did_you_mean
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.render import escape_invisible, render_all
 from aeros.spec.elaborate.load import load_site
@@ -178,6 +178,7 @@ def _unblock(arguments: argparse.Namespace) -> Exit:
 def _policy(arguments: argparse.Namespace) -> Exit:
     registry = Registry(arguments.state)
     if arguments.site is not None:
+        _require_robot_by_name(arguments.site)
         registry.set_policy(arguments.site)
         _warn_of_absent_names(arguments.site, registry)
     configuration, _ = registry.configuration()
@@ -189,6 +190,19 @@ def _policy(arguments: argparse.Namespace) -> Exit:
         print_line(f"  blocked: {block.id}: {block.reason} ({block.scope})")
     print_waiting(registry.waiting().values())
     return Exit.SUCCESS
+
+
+def _require_robot_by_name(path: Path) -> None:
+    """Refuse a site whose robot is a path relative to it, as the registry stores the site elsewhere.
+
+    Raises:
+        UserError: It is.
+    """
+    site = load_site(path, Diagnostics())
+    robot = "" if site is None or site.robot is None else site.robot
+    if robot.endswith((".yaml", ".yml")) and not Path(robot).is_absolute():
+        headline = f"the robot `{robot}` is a path relative to `{path}`, which is stored elsewhere"
+        raise UserError([Diagnostic("AE961", headline, help=("write its absolute path",))])
 
 
 def _warn_of_absent_names(path: Path, registry: Registry) -> None:

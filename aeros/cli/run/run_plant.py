@@ -21,6 +21,7 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.session.plant_factory import (
     PHYSICS_PLANTS,
+    PLANTS,
     connect_plant,
     load_faults,
     load_people,
@@ -107,7 +108,7 @@ def load_scene_extras(
     if is_remote(arguments):
         return SceneExtras((), (), None)
     scene = load_run_scene(arguments.plant, arguments.scene, configuration, tasks, arguments.seed)
-    if scene is not None:
+    if scene is not None and arguments.plant in PLANTS:
         _warn_of_unmeasured(configuration, tasks, scene)
     faults = load_faults(arguments.plant, arguments.faults, configuration, scene)
     return SceneExtras(people, faults, scene)

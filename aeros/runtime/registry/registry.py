@@ -8,7 +8,7 @@ after `deactivate`, `remove` or `block` has returned, no further action of that 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,7 +28,7 @@ from aeros.runtime.registry.requirements import require_installed
 from aeros.runtime.registry.shown_paths import shown_as
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.runtime.registry.stored_modules import policy_file, refusal
-from aeros.runtime.registry.waiting_modules import needs_one_of, reset_waiting
+from aeros.runtime.registry.waiting_modules import WaitingModule, needs_one_of, reset_waiting
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import UserError
@@ -351,12 +351,12 @@ def _read_files(
     files: Mapping[str, bytes],
     source: Path,
     folders: Mapping[str, Path],
-    waiting: Collection[str],
+    waiting: Mapping[str, WaitingModule],
 ) -> tuple[declared_ecm.Ecm, ModuleConfiguration, str]:
     """Read a module from the bytes that were read of it, with those settings that it still declares.
 
-    A module that waits to be configured, or that needs one of `waiting`, is not resolved yet. The third value
-    is the command that configures it; empty if it does not wait.
+    A module that waits to be configured is not resolved yet. The third value is the command that configures
+    it; empty if it does not wait. One that needs one of `waiting`, and nothing else, cannot be read before.
     """
     installed = folders.values()
     with temporary_folder() as made:
@@ -375,10 +375,19 @@ def _read_files(
                 name: one for name, path in folders.items() if (one := decode_manifest(path)) is not None
             }
             if not command and needs_one_of(declared, others, waiting):
-                command = f"aeros configure {declared.id.value}"
+                raise _waits_for(declared.id.value, waiting)
             if not command:
                 load_module(site, folder, installed)
     return declared, settings, command
+
+
+def _waits_for(id_: str, waiting: Mapping[str, WaitingModule]) -> UserError:
+    """Make the error for a module that needs one that waits, without which it cannot be read."""
+    names = ", ".join(f"`{name}`" for name in waiting)
+    cures = (f"`{one.command}` first, or with other choices" for one in waiting.values())
+    return refusal(
+        "AE964", f"`{id_}` needs a module that waits to be configured; these wait: {names}", *cures
+    )
 
 
 def _state_to_wait(state: ModuleState, id_: str, source: Path, command: str) -> ModuleState:

@@ -13,11 +13,12 @@ all these states together.  So a loop with such a graph is proved, and its succe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
+from types import MappingProxyType
 from typing import Final, Literal
 
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
@@ -102,8 +103,8 @@ class ComposedRun:
         invoke: makes the invocation of a skill by its name, with constant inputs.
         condition: makes a condition on states.
         is_over: tells whether the goal is reached, after which nothing more starts.
-        uncertain: predicates that may be unknown although everything is measured: a branch on one may fail,
-            with probability 0.
+        uncertain: places in a state of predicates that may be unknown although everything is measured, by
+            name: a branch that one of them decides may fail, with probability 0.
 
     Raises:
         HandlerCycleError: its handlers lead back to each other.
@@ -121,7 +122,7 @@ class ComposedRun:
         invoke: Callable[[str, Mapping[str, object]], Invocation],
         condition: Callable[[If[Step]], StateCondition],
         is_over: Callable[[State], bool],
-        uncertain: Collection[str] = (),
+        uncertain: Mapping[str, int] = MappingProxyType({}),
     ) -> None:
         if handler_cycle(composition):
             raise HandlerCycleError(composition)
@@ -129,7 +130,7 @@ class ComposedRun:
         self._invoke = invoke
         self._condition = condition
         self._is_over = is_over
-        self._uncertain = frozenset(uncertain)
+        self._uncertain = dict(uncertain)
         self._invocations: dict[int, list[Invocation]] = {}
         self._conditions: dict[int, StateCondition] = {}
         self._through: set[State] = set()
@@ -178,8 +179,8 @@ class ComposedRun:
         holds = self._conditions.setdefault(id(part), self._condition(part))
         done = {state: weight for state, weight in before.items() if self._is_over(state)}
         left = {state: weight for state, weight in before.items() if state not in done}
-        if not self._uncertain.isdisjoint(t.variables_of(part.condition)):
-            _add(failed, dict.fromkeys(left, NOTHING))
+        read = [place for name, place in self._uncertain.items() if name in t.variables_of(part.condition)]
+        _add(failed, {state: NOTHING for state in left if not _is_decided(state, read, holds)})
         then = {state: weight for state, weight in left.items() if holds(state)}
         other = {state: weight for state, weight in left.items() if state not in then}
         _add(done, self._part(part.then, then, role, failed))
@@ -274,6 +275,17 @@ class ComposedRun:
         self._through.add(state)
         if len(self._through) > MAX_STATES:
             raise RunTooLargeError
+
+
+def _is_decided(state: State, unknown: Sequence[int], holds: StateCondition) -> bool:
+    """Tell if a condition has one value, whatever the truth values at some places of a state are."""
+    values = {bool(holds(state))}
+    for chosen in product((False, True), repeat=len(unknown)):
+        changed = list(state)
+        for place, value in zip(unknown, chosen, strict=True):
+            changed[place] = value
+        values.add(bool(holds(tuple(changed))))
+    return len(values) == 1
 
 
 def _add(into: Weights, more: Mapping[State, Weight]) -> None:

@@ -63,7 +63,7 @@ class Outcome:
         default=None,
         metadata={
             "doc": "its probability, between 0 and 1; one of 0 is left out of proofs and predictions about "
-            "tasks, for what ends a task such as an object that is not there, and `aeros verify` lists it"
+            "tasks, for what ends a task such as an object that is not there; `aeros verify` lists them"
         },
     )
     duration: TextField | None = field(default=None, metadata={"doc": "its usual duration, as in `12 s`"})

@@ -395,6 +395,8 @@ def _unknown_unit(tokens: list[_Token], position: int) -> ExpressionSyntaxError 
     token, before = tokens[position], tokens[max(position - 1, 0)]
     if token.kind != "word" or before.kind != "number":
         return None
+    if did_you_mean(token.text, KEYWORDS) is not None:  # as in `x == 2 andd y`
+        return None
     near = did_you_mean(token.text, unit_names())
     help_ = f"did you mean `{near}`?" if near else "write one as in `mm/s`, `N`, `rad` or `kg*m/s^2`"
     return ExpressionSyntaxError(f"`{token.text}` is not a unit", token.extent, help_)

@@ -231,8 +231,8 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         measured_by_site(ecm.state),
         _needed_cameras(ecm),
         tuple(
-            f"{skill.id}.{one.id}"
-            for skill in ecm.skills.values()
+            f"{name}.{one.id}"
+            for name, skill in ecm.callable_skills.items()
             for one in skill.outcomes.values()
             if ecm.tasks and one.probability == 0
         ),

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
+from difflib import SequenceMatcher
 from pathlib import Path
+from typing import Final
 
 from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel, did_you_mean
 from aeros.spec.diagnostics.source import SourceSpan
@@ -16,6 +18,9 @@ from aeros.spec.model.summary import BlockSummary, ModuleSummary, SiteSummary
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
 from aeros.spec.text.discovery import reference_site_path
+
+_SLIP: Final = 0.85
+"""Least similarity of two names (0 to 1, `difflib`) of which one is probably a slip of the other."""
 
 
 def policy_name_obligations(
@@ -66,7 +71,12 @@ def names_near(modules: Collection[str], site: SiteSummary) -> frozenset[str]:
     """
     blocked = (one.module for one in site.blocks if one.module is not None)
     named = {*_own_grants(site), *blocked} - {*modules}
-    return frozenset(one for one in named if did_you_mean(one, modules) is not None)
+    return frozenset(one for one in named if any(_is_slip(one, name) for name in modules))
+
+
+def _is_slip(name: str, other: str) -> bool:
+    """Tell if two different names differ by a letter or two, as `polsh` and `polish` do."""
+    return name != other and SequenceMatcher(None, name, other).ratio() >= _SLIP
 
 
 def _own_grants(site: SiteSummary) -> dict[str, SourceSpan]:
@@ -93,9 +103,7 @@ def misspelt_policy_names(
     """
 
     def concerns_it(module: str | None) -> bool:
-        return module == ecm.id or (
-            module is not None and module not in others and did_you_mean(module, [ecm.id]) is not None
-        )
+        return module == ecm.id or (module is not None and module not in others and _is_slip(module, ecm.id))
 
     own = replace(
         site,

@@ -33,7 +33,9 @@ def check_truth(
     owners = list(variables) if module is None else [module, ""]
     known = dict.fromkeys(name for owner in owners for name in variables.get(owner, ()))
     owner = "a module" if module is None else f"`{module}`"
-    _check_parameters(scene, [variables.get(one, {}) for one in owners if one], owner, diagnostics)
+    dotted = [name.value.rpartition(".")[0] for name, _ in scene.truth]
+    asked = [variables.get(one, {}) for one in dict.fromkeys((*owners, *dotted)) if one]
+    _check_parameters(scene, asked, owner, diagnostics)
     for name, _ in scene.truth:
         other, dot, short = name.value.rpartition(".")
         if dot and other in variables:
@@ -54,7 +56,11 @@ def _check_parameters(
     diagnostics: Diagnostics,
 ) -> None:
     """Check that the names are parameters, and that these have the values."""
-    members = {name: known for one in variables for name, known in one.items() if known}
+    members: dict[str, list[str]] = {}
+    for one in variables:
+        for variable, known in one.items():
+            if known:
+                members.setdefault(variable, []).extend(known)
     for name, things in scene.parameters:
         values = resolve_name(name, members, f"a parameter of {owner} with named values", diagnostics)
         for value, _ in things if values is not None else ():

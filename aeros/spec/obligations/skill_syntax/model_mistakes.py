@@ -1,7 +1,7 @@
 """Calls of models with inputs that they do not have, and outputs that they never give.
 
 As in `code_mistakes`, only what is certain is reported: a model that is named where it is called, and an
-output that is asked for there, or of a name that is bound to that call alone.
+output that is asked for in the same expression.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from aeros.spec.obligations.skill_syntax.skill_source import SkillFile
 def model_mistakes(
     file: SkillFile, function: ast.FunctionDef, parameter: str, models: Mapping[str, ModuleModel]
 ) -> Iterator[Diagnostic]:
-    """Find calls of models that fail whenever they are reached.
+    """Find calls of models, and requests of their outputs, that fail whenever they are reached.
 
     Args:
         file: the file of the function.
@@ -34,25 +34,14 @@ def model_mistakes(
     bound = [name for node in nodes for name in names_bound_by(node)]
     if bound.count(parameter) != 1:  # the parameter itself
         return
-    results: dict[str, ModuleModel] = {}
-    for node in nodes:
-        if isinstance(node, ast.Call) and (model := _called_model(node, parameter, models)) is not None:
-            yield from _input_mistakes(file, node, model)
-        match node:
-            case ast.Assign(targets=[ast.Name(id=name)], value=ast.Call() as call) if bound.count(name) == 1:
-                model = _called_model(call, parameter, models)
-                if model is not None:
-                    results[name] = model
     for node in nodes:
         match node:
-            case ast.Subscript(value=ast.Call() as call, slice=ast.Constant(value=str(key)) as place):
-                model = _called_model(call, parameter, models)
-            case ast.Subscript(value=ast.Name(id=name), slice=ast.Constant(value=str(key)) as place):
-                model = results.get(name)
-            case _:
-                continue
-        if model is not None and key not in model.outputs:
-            yield unknown_key(file, place, key, model.outputs, f"an output of the model `{model.id}`")
+            case ast.Call() if (model := _called_model(node, parameter, models)) is not None:
+                yield from _input_mistakes(file, node, model)
+            case ast.Subscript(
+                value=ast.Call() as call, slice=ast.Constant(value=str(key)) as place, ctx=ast.Load()
+            ) if (model := _called_model(call, parameter, models)) is not None and key not in model.outputs:
+                yield unknown_key(file, place, key, model.outputs, f"an output of the model `{model.id}`")
 
 
 def _called_model(call: ast.Call, parameter: str, models: Mapping[str, ModuleModel]) -> ModuleModel | None:

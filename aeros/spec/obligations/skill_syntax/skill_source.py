@@ -73,7 +73,11 @@ class SkillFile:
         except SyntaxError as error:
             raise UnreadableCodeError(_syntax_diagnostic(self.source, error)) from error
         except (ValueError, RecursionError, MemoryError, tokenize.TokenError) as error:
-            raise _unreadable(path, (str(error).splitlines() or [type(error).__name__])[0]) from error
+            is_deep = isinstance(error, RecursionError | MemoryError)
+            reason = (str(error).splitlines() or [type(error).__name__])[0]
+            raise _unreadable(
+                path, reason, "split it up" if is_deep else "write it as plain UTF-8"
+            ) from error
         self.nodes = tuple(ast.walk(self.tree))
         self.nodes_in_order = tuple(_nodes_in_order(self.tree))
         self.functions = {node.name: node for node in self.tree.body if isinstance(node, ast.FunctionDef)}

@@ -89,8 +89,9 @@ def test_a_camera_that_a_tasks_scene_lacks_is_a_warning(tmp_path: Path) -> None:
 
 def test_a_scene_of_a_module_that_is_not_here_is_a_warning(tmp_path: Path) -> None:
     (found,) = warnings(tmp_path, {"bed": WHOLE.replace("garden", "gardn")})
-    assert found.headline == "the scene `bed` is of the module `gardn`, which is not here"
-    assert found.help[0] == "write `module: garden` if it is of this one"
+    assert found.headline == "the scene `bed` is of the module `gardn`, which is not verified with it"
+    assert found.help[0] == "did you mean `garden`?"
+    assert warnings(tmp_path / "other", {"bed": WHOLE.replace("garden", "kitchen")}) == ()
 
 
 def test_a_module_in_the_present_folder_is_no_exception(

@@ -306,3 +306,14 @@ def test_blocks_of_a_policy_are_shown_and_misspelt_names_are_a_warning(
     assert "  blocked: worn: the cloth is worn (module tidy, skill wipee)\n" in shown.out
     assert "the operator override `worn` blocks `tidy.wipee`, which is not in this set" in shown.err
     assert "did you mean `tidy.wipe`?" in shown.err
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_site_whose_robot_would_not_be_found_again_is_not_put_in_force(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    site = (BASE / "site.yaml").read_text()
+    (tmp_path / "site.yaml").write_text(site.replace("id: bench\n", "id: bench\nrobot: my_arm.yaml\n", 1))
+    assert run("policy", str(tmp_path / "site.yaml")) == 1
+    assert "the robot `my_arm.yaml` is a path relative to" in capsys.readouterr().err
+    assert run("policy", str(BASE / "site.yaml")) == 0

@@ -38,7 +38,7 @@ def run(
         lambda name, inputs: Invocation(SKILLS[name], inputs, NAMES),
         lambda part: StateCondition(part.condition, NAMES),
         StateCondition(goal, NAMES),
-        uncertain,
+        {name: NAMES.index(name) for name in uncertain},
     )
     done, failed, _ = made.run((False, False, False), "step")
     return done, failed, made
@@ -63,6 +63,9 @@ def test_a_branch_on_an_uncertain_predicate_may_fail_with_probability_0() -> Non
     assert shown(uncertain)[aligned] == (0, 0, 0, 0)
     assert run(body, uncertain=(ALIGNED,))[1] == certain
     assert run(body)[0] == run(body, uncertain=(DOUGH,))[0]
+    both = If(term(f"{FILLING} and {DOUGH}"), "both", step("filling"), step("water"), SPAN)
+    # It is false whatever `dough` is, as there is no filling.
+    assert aligned not in run(Seq((step("align"), both)), uncertain=(DOUGH,))[1]
 
 
 def test_tries_and_recoveries_are_counted() -> None:

@@ -299,7 +299,7 @@ def test_a_module_waits_for_one_that_it_needs(
     ]
 
 
-def test_a_module_with_nothing_open_waits_for_one_that_it_needs(
+def test_a_module_with_nothing_open_is_installed_after_what_it_needs_is_configured(
     registry: Registry, folder: Path, write: Author
 ) -> None:
     needy = write("needy", id="needy")
@@ -309,9 +309,14 @@ def test_a_module_with_nothing_open_waits_for_one_that_it_needs(
     (needy / "ecm.yaml").write_text(text + '  modules: {tidy: ">=1.0"}\n')
     assert refusal(registry.install, needy) == ["AE301"]
     registry.install(folder)
-    assert registry.install(needy).state is ModuleState.INSTALLED
-    assert registry.waiting()["needy"].reason == "needs `tidy`, which waits to be configured"
+    with pytest.raises(UserError) as refused:
+        registry.install(needy)
+    (problem,) = refused.value.diagnostics
+    assert problem.code == "AE964"
+    assert problem.headline == "`needy` needs a module that waits to be configured; these wait: `tidy`"
+    assert problem.help[0].startswith("`aeros configure tidy --bind surface=")
     registry.configure("tidy", BENCH)
+    registry.install(needy)
     assert registry.configure("needy").state is ModuleState.CONFIGURED
 
 

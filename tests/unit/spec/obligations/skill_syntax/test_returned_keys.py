@@ -21,9 +21,7 @@ def found(body: str, leaving: type[ast.Return | ast.Yield] = ast.Return) -> list
     "body",
     [
         "    return {'height': 1, 'heihgt': 2}\n",
-        "    values = {'heihgt': 1}\n    return values\n",
-        "    values: dict[str, float] = {'height': 1}\n    values['heihgt'] = 2\n    return values\n",
-        "    values = {}\n    if view:\n        values['heihgt'] = 2\n    return values\n",
+        "    if view:\n        return {'height': 1}\n    return {'heihgt': 2, **view}\n",
     ],
 )
 def test_an_undeclared_key_is_marked(body: str) -> None:
@@ -36,7 +34,7 @@ def test_an_undeclared_key_is_marked(body: str) -> None:
         "    return {'height': 1, **view}\n",
         "    return {view: 1}\n",
         "    other = {'heihgt': 1}\n    return {'height': other['heihgt']}\n",
-        "    values = {'heihgt': 1}\n    values = {}\n    return values\n",
+        "    values = {'heihgt': 1}\n    view(values)\n    return values\n",
         "    values = {'heihgt': 1}\n    del values['heihgt']\n    return values\n",
         "    values = {'heihgt': 1}\n    values.pop('heihgt')\n    return values\n",
         "    values = view\n    values['heihgt'] = 2\n    return values\n",
