@@ -395,7 +395,7 @@ def _unknown_unit(tokens: list[_Token], position: int) -> ExpressionSyntaxError 
     token, before = tokens[position], tokens[max(position - 1, 0)]
     if token.kind != "word" or before.kind != "number":
         return None
-    if did_you_mean(token.text, KEYWORDS) is not None:  # as in `x == 2 andd y`
+    if did_you_mean(token.text, KEYWORDS) is not None:  # a misspelt operator
         return None
     near = did_you_mean(token.text, unit_names())
     help_ = f"did you mean `{near}`?" if near else "write one as in `mm/s`, `N`, `rad` or `kg*m/s^2`"
