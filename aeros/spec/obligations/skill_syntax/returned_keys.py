@@ -32,14 +32,7 @@ def undeclared_keys(
     Yields:
         A diagnostic for each place.
     """
-    inner = {
-        node
-        for part in file.nodes_of(entry)[1:]
-        if isinstance(part, ast.FunctionDef | ast.Lambda)
-        for node in file.nodes_of(part)
-    }
-    own = [node for node in file.nodes_of(entry) if node not in inner]
-    values = [node.value for node in own if isinstance(node, leaving)]
+    values = [node.value for node in file.own_nodes_of(entry) if isinstance(node, leaving)]
     places = [place for value in values if isinstance(value, ast.Dict) for place in value.keys]
     for place in places:
         if isinstance(place, ast.Constant) and isinstance(place.value, str) and place.value not in declared:

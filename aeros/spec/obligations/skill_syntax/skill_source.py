@@ -124,6 +124,17 @@ class SkillFile:
         return frozenset(name for name, node in self.functions.items() if self._is_generator(node))
 
     def _is_generator(self, function: ast.FunctionDef) -> bool:
+        return any(isinstance(node, ast.Yield | ast.YieldFrom) for node in self.own_nodes_of(function))
+
+    def own_nodes_of(self, function: ast.FunctionDef) -> list[ast.AST]:
+        """List the nodes of a function that are in none of its inner functions.
+
+        Args:
+            function: the function.
+
+        Returns:
+            The nodes, the function itself first.
+        """
         nodes = self.nodes_of(function)
         inner = {
             node
@@ -131,7 +142,7 @@ class SkillFile:
             if isinstance(part, ast.FunctionDef | ast.Lambda)
             for node in self.nodes_of(part)
         }
-        return any(isinstance(node, ast.Yield | ast.YieldFrom) and node not in inner for node in nodes)
+        return [node for node in nodes if node not in inner]
 
     def span(self, node: Located) -> SourceSpan:
         """Locate a node on the line on which it begins.
