@@ -94,6 +94,8 @@ def main(arguments: Sequence[str] | None = None, *, begin: Callable[[], object] 
     Returns:
         The exit code.
     """
+    # Matrices here are small, and threads of NumPy's linear algebra would only wait for each other.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _replace_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
