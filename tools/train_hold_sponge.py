@@ -13,6 +13,7 @@ off the line.  The label of a point is the step to where the demonstration is `L
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import time
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
@@ -243,6 +244,8 @@ def measure(count: int) -> None:
     Args:
         count: number of layouts.
     """
+    if importlib.util.find_spec("onnxruntime") is None:
+        raise SystemExit("onnxruntime evaluates the policy: pip install 'aeros[learned]'")
     for gated in (True, False):
         began, held = time.perf_counter(), 0
         for seed in range(count):

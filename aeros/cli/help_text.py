@@ -203,10 +203,8 @@ def _entry(name: str, summary: str, width: int, column: int = _NAME_COLUMN) -> s
 
 
 def _named(title: str, names: Sequence[str], width: int) -> list[str]:
-    return wrap(
-        f"{title}: {', '.join(names)}", width, subsequent_indent="  ", break_on_hyphens=False,
-        break_long_words=False,
-    )  # fmt: skip
+    text = f"{title}: {', '.join(names)}"
+    return wrap(text, width, subsequent_indent="  ", break_on_hyphens=False, break_long_words=False)
 
 
 def _first_examples(epilog: str, width: int) -> list[str]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, Final
+from typing import Any
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
 from aeros.spec.expr import terms as t
@@ -23,12 +23,10 @@ from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.skill_syntax.action_calls import action_calls, written_parameters
 from aeros.spec.obligations.skill_syntax.bound_names import names_bound_by
-from aeros.spec.obligations.skill_syntax.mapping_keys import missing_keys, parameters_of_type
+from aeros.spec.obligations.skill_syntax.mapping_keys import listed_names, missing_keys, parameters_of_type
 from aeros.spec.obligations.skill_syntax.model_mistakes import model_mistakes
 from aeros.spec.obligations.skill_syntax.neighbours import ModuleFiles, files_run_by
 from aeros.spec.obligations.skill_syntax.returned_keys import undeclared_keys
-
-_MAX_LISTED: Final = 8
 
 
 def first_code_mistake(skill: Skill, ecm: Ecm, site: Site, files: ModuleFiles) -> Diagnostic | None:
@@ -164,11 +162,12 @@ def _actions_outside_envelope(
             if value is None and isinstance(type_, EnumType) and text is not None:
                 own = [one for one, bound in ecm.names.cameras.items() if bound in type_.members]
                 near = did_you_mean(text, [*own, *type_.members])
+                members = listed_names(own or type_.members)
                 yield Diagnostic(
                     "AE148",
                     f"`{keyword}` of this `{kind}` is `{text}`, which is no member of `{type_}`",
                     SpanLabel(file.span(node), "always denied"),
-                    help=(f"did you mean `{near}`?" if near else f"one of {_or(own or type_.members)}",),
+                    help=(f"did you mean `{near}`?" if near else f"one of {members}",),
                 )
                 return
             if value is None and not isinstance(type_, FamilyType) and _is_literal(node):
@@ -201,10 +200,6 @@ def _actions_outside_envelope(
                     help=("correct the parameter, or widen the envelope",),
                 )
                 return
-
-
-def _or(names: Iterable[str]) -> str:
-    return ", ".join(f"`{name}`" for name in list(names)[:_MAX_LISTED])
 
 
 def _parameter_nodes(call: ast.Call) -> Iterator[tuple[str, ast.expr]]:

@@ -6,7 +6,7 @@ Only what is certain is reported: a key that is written out, of a name that can 
 from __future__ import annotations
 
 import ast
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from typing import Final
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
@@ -79,6 +79,18 @@ def missing_keys(
             yield unknown_key(file, place, key, known, noun)
 
 
+def listed_names(names: Iterable[str]) -> str:
+    """List the first names, each in backquotes.
+
+    Args:
+        names: in any number.
+
+    Returns:
+        The list; empty if there is none.
+    """
+    return ", ".join(f"`{name}`" for name in list(names)[:_MAX_LISTED])
+
+
 def unknown_key(file: SkillFile, place: Located, key: str, known: Collection[str], noun: str) -> Diagnostic:
     """Report a key that there never is.
 
@@ -93,7 +105,7 @@ def unknown_key(file: SkillFile, place: Located, key: str, known: Collection[str
         The diagnostic.
     """
     near = did_you_mean(key, known)
-    listed = ", ".join(f"`{one}`" for one in list(known)[:_MAX_LISTED]) or "none"
+    listed = listed_names(known) or "none"
     help_ = f"did you mean `{near}`?" if near else f"there are {listed}"
     return Diagnostic("AE147", f"`{key}` is not {noun}", SpanLabel(file.span(place)), help=(help_,))
 
