@@ -103,7 +103,7 @@ def _proved_claims_hold(
         why, runtime = _ends(module, composition, start, seed + number)
         assert runtime.under_way == {}
         assert "step-not-started" not in runtime.kinds(), why
-        assert why is None or "failed: outcome `" in why
+        assert why is None or "failed: outcome `" in why or why == "`v` is not met"
         RUNS["done" if why is None else "failed"] += 1
         RUNS["cancelled"] += sum(note.get("status") == "cancelled" for _, note in runtime.notes)
         RUNS["at the same time"] += runtime.most > 1

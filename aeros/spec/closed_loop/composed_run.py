@@ -25,7 +25,7 @@ from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Part, Step, handler_cycle
-from aeros.spec.model.step_graph import If, Par, Seq, steps_of
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of, walk_parts
 
 Role = Literal["step", "retry", "recovery"]
 ROLES: Final[tuple[Role, ...]] = ("step", "retry", "recovery")
@@ -134,6 +134,7 @@ class ComposedRun:
         self._invocations: dict[int, list[Invocation]] = {}
         self._conditions: dict[int, StateCondition] = {}
         self._through: set[State] = set()
+        self._may_go_on = False
         self.is_exact = True
         self.is_success_known = True
 
@@ -174,6 +175,34 @@ class ComposedRun:
                 return self._if(part, before, role, failed)
             case Par():
                 return self._par(part, before, role, failed)
+            case Fallback(parts=parts):
+                return self._in_turn(parts, before, (role,) * len(parts), failed)
+            case RetriedPart(part=one, retry=retry):
+                again: list[Role] = ["retry"] * retry
+                return self._in_turn((one,) * (retry + 1), before, [role, *again], failed)
+            case FailingPart():
+                # Once the goal is reached, nothing starts, and nothing fails.
+                done = {state: weight for state, weight in before.items() if self._is_over(state)}
+                _add(failed, {state: weight for state, weight in before.items() if state not in done})
+                return done
+
+    def _in_turn(
+        self, parts: Sequence[Part], before: Weights, roles: Sequence[Role], failed: Weights
+    ) -> Weights:
+        """Run parts, each where the one before has failed."""
+        done: Weights = {}
+        outer = self._may_go_on
+        for number, (part, role) in enumerate(zip(parts, roles, strict=True), 1):
+            lost: Weights = {}
+            self._may_go_on = outer or number < len(parts)
+            _add(done, self._part(part, before, role, lost))
+            self._may_go_on = outer
+            if lost and any(isinstance(one, Par) for one in walk_parts(part)):
+                # The probability of a failure of a `par` is not known, so neither is that of what follows.
+                self.is_exact = self.is_success_known = False
+            before = lost
+        _add(failed, before)
+        return done
 
     def _if(self, part: If[Step], before: Weights, role: Role, failed: Weights) -> Weights:
         holds = self._conditions.setdefault(id(part), self._condition(part))
@@ -232,7 +261,7 @@ class ComposedRun:
             failing = self._try(
                 step, before, role if number == 0 else "retry", done, lost if number else failed
             )
-            if step.last_handler is not None:
+            if step.last_handler is not None or self._may_go_on:
                 # The agent's memory may leave out the tries that are left.
                 _add(lost, dict.fromkeys(failing, NOTHING))
             before = failing
