@@ -49,6 +49,7 @@ CASES = (
     "capability_that_two_modules_provide/asker",
     "capability_by_a_sequence_or_a_composition",
     "step_by_a_composition",
+    "alternatives_and_tries",
 )
 START = {"fetched": "brush", "table_tidy": False}
 

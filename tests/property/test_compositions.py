@@ -108,16 +108,14 @@ def _skills(draw: st.DrawFn) -> dict[str, Skill]:
     found = {}
     for name in ("s0", "s1", "s2", "s3"):
         precondition = draw(st.one_of(st.none(), st.sampled_from(CONDITIONS)))
-        outcomes = [
-            Outcome(
-                f"o{number}",
-                {name: (UNIT[value] if name == "v" else value) for name, value in draw(_EFFECTS).items()},
-                number > 0 and draw(st.booleans()),
-                draw(st.sampled_from([None, None, None, Fraction(0)])) if number else None,
-                None,
-            )
-            for number in range(draw(st.integers(1, 3)))
-        ]
+        outcomes = []
+        for number in range(draw(st.integers(1, 3))):
+            probability = draw(st.sampled_from([None, None, None, Fraction(0)])) if number else None
+            # One that is declared impossible may be measured where its effects hold already.
+            drawn = {} if probability == 0 else draw(_EFFECTS)
+            effects = {name: (UNIT[value] if name == "v" else value) for name, value in drawn.items()}
+            failure = number > 0 and draw(st.booleans())
+            outcomes.append(Outcome(f"o{number}", effects, failure, probability, None))
         resources = draw(st.frozensets(st.sampled_from(["arm", "camera"]), max_size=1))
         found[name] = _skill(name, precondition, outcomes, resources=resources)
     return found
@@ -266,7 +264,7 @@ class _Machine:
                     yield self.begin(part.then), state
                 elif part.otherwise is None:
                     self.uncovered.add(part.span.start)
-                    yield "stopped", state
+                    yield ("stuck",), state  # no declared failure, so no alternative follows
                 else:
                     yield self.begin(part.otherwise), state
             case ("any", "done", _):
@@ -286,20 +284,11 @@ class _Machine:
                     self.unready.add(name)
                 yield ("run", step, name, tries_left), state
             case ("run", step, name, tries_left):
-                outcomes = self.skills[step.skill].outcomes.values()
-                for outcome in (one for one in outcomes if one.probability != 0):
-                    for measured in UNIT:
-                        left = {**state, "v": measured, **outcome.effects}
-                        # A failure that is declared impossible is measured if its effects hold already.
-                        instead = [
-                            one
-                            for one in outcomes
-                            if one.failure and one.probability == 0
-                            if one.effect_count > outcome.effect_count and one.effects.items() <= left.items()
-                        ]
-                        for found in (outcome, *instead):
-                            for after in self.ended(step, name, tries_left, found):
-                                yield after, left
+                for outcome in self.skills[step.skill].outcomes.values():
+                    if outcome.probability != 0:
+                        for measured in UNIT:
+                            for after in self.ended(step, name, tries_left, outcome):
+                                yield after, {**state, "v": measured, **outcome.effects}
             case ("handle", handling, again, lost):
                 for after, changed in self.next(handling, state):
                     ends = {"done": again, "stopped": lost}
@@ -488,9 +477,10 @@ def _resources_are_judged(composition: Composition, skills: dict[str, Skill]) ->
             case If(then=then, otherwise=otherwise):
                 yield from choices(then)
                 yield from () if otherwise is None else choices(otherwise)
-            case _:
+            case Fallback() | RetriedPart() | FailingPart():
                 yield ()
-                for inner in children_of(part):
+                body: Part = part
+                for inner in children_of(body):
                     yield from choices(inner)
 
     site = _site()

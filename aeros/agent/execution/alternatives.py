@@ -8,7 +8,7 @@ plan's progress, so a resumed plan goes on with the one that was next.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Sequence
 from typing import Protocol, TypeVar
 
 from aeros.agent.execution.progress import PlanProgress, StepPath
@@ -28,7 +28,7 @@ F = TypeVar("F", bound=AlternativeFailure)
 
 
 def run_alternatives(
-    alternatives: Iterable[Callable[[], Generator[None, EndedStep, F | None]]],
+    alternatives: Sequence[Callable[[], Generator[None, EndedStep, F | None]]],
     at: StepPath,
     progress: PlanProgress,
     is_cancelled: Callable[[], bool],
@@ -45,12 +45,13 @@ def run_alternatives(
         None if one has succeeded, else the failure of the last one that ran.
     """
     failure: F | None = None
+    last = len(alternatives) - 1
     for number, start in enumerate(alternatives):
         if failure is not None:
             if not failure.is_declared or is_cancelled():
                 return failure
-            progress.mark_failed((*at, number - 1))
-        if progress.has_failed((*at, number)):
+            progress.mark_failed(at, number - 1)
+        if number < last and progress.has_failed(at, number):
             continue
         failure = yield from start()
         if failure is None:

@@ -178,24 +178,26 @@ class PlanProgress:
         self.branch_choices[at] = then
         self.on_change()
 
-    def mark_failed(self, at: StepPath) -> None:
+    def mark_failed(self, at: StepPath, number: int) -> None:
         """Record that an alternative has failed and the next one is due.
 
         Args:
-            at: step path of the alternative.
+            at: step path of the part with the alternatives.
+            number: number of the alternative, from 0.
         """
-        self.set_branch((*at[:-1], -1 - at[-1]), False)
+        self.set_branch((*at, -1 - number), False)
 
-    def has_failed(self, at: StepPath) -> bool:
+    def has_failed(self, at: StepPath, number: int) -> bool:
         """Check if an alternative was marked as failed.
 
         Args:
-            at: step path of the alternative.
+            at: step path of the part with the alternatives.
+            number: number of the alternative, from 0.
 
         Returns:
             True if it was.
         """
-        return (*at[:-1], -1 - at[-1]) in self.branch_choices
+        return (*at, -1 - number) in self.branch_choices
 
     def unfinished_attempts(self) -> list[tuple[StepPath, UnfinishedAttempt]]:
         """List the attempts that were started and not acknowledged.

@@ -134,6 +134,7 @@ class ComposedRun:
         self._invocations: dict[int, list[Invocation]] = {}
         self._conditions: dict[int, StateCondition] = {}
         self._through: set[State] = set()
+        self._starts: set[State] = set()
         self._may_go_on = False
         self.is_exact = True
         self.is_success_known = True
@@ -222,23 +223,26 @@ class ComposedRun:
     def _par(self, part: Par[Step], before: Weights, role: Role, failed: Weights) -> Weights:
         done: Weights = {}
         for state, weight in before.items():
-            outer, alone = self._through, []
+            outer, alone = (self._through, self._starts), []
             for branch in part.branches:
-                self._through, lost = {state}, dict[State, Weight]()
+                self._through, self._starts, lost = {state}, set(), dict[State, Weight]()
                 ends = self._part(branch, {state: weight}, role, lost)
-                alone.append(({*self._through, *ends, *lost}, lost, ends))
-            self._through = outer
+                # Where a step starts, the branch may have come to its end, or not.
+                alone.append(({*self._through, *ends, *lost}, lost, ends.keys() - self._starts))
+            self._through, self._starts = outer
             if any(lost for _, lost, _ in alone):
                 self.is_exact = False
             points = [sorted(visited, key=repr) for visited, _, _ in alone]
             together = {combined: _merged(state, combined) for combined in product(*points)}
             for merged in together.values():
                 self._pass(merged)
-            if any(
-                self._is_over(merged)
-                and not all(one in ends for one, (*_, ends) in zip(combined, alone, strict=True))
+            underway = {
+                merged
                 for combined, merged in together.items()
-            ):
+                if not all(one in ended for one, (*_, ended) in zip(combined, alone, strict=True))
+            }
+            self._starts |= underway
+            if any(map(self._is_over, underway)):
                 # Where the goal is reached on the way, each branch may stop at any point, or go on.
                 self.is_exact = self.is_success_known = False
                 _add(done, dict.fromkeys(together.values(), NOTHING))
@@ -288,6 +292,8 @@ class ComposedRun:
                 _add(done, {state: weight})
             elif not able:
                 _add(unable, {state: weight})
+            if able:
+                self._starts.add(state)
             for one in able if not self._is_over(state) else ():
                 for after, outcome, share in one.after(state):
                     self._pass(after)

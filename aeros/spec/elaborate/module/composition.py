@@ -231,7 +231,8 @@ class _Elaborator:
                 _first_line_span(part.span),
             )
             return None
-        self._check_fields(part, forms[0])
+        for headline in _misplaced_fields(part, forms[0]):
+            self._report(headline, _first_line_span(part.span))
         around = self._around
         if part.retry is not None and part.skill is None:
             self._around = "the `retry` around it tries again"
@@ -297,16 +298,6 @@ class _Elaborator:
         built = self._part(part)
         self._around = around
         return built
-
-    def _check_fields(self, part: declared.Part, form: str) -> None:
-        """Report fields that have no meaning in a part of this form."""
-        if form != "skill":
-            for name in _STEP_FIELDS:
-                value = getattr(part, name)
-                if value is not None and value != MappingField():
-                    self._report(f"`{name}` belongs to a step with a `skill`", _first_line_span(part.span))
-        if form != "if" and (part.then is not None or part.else_ is not None):
-            self._report("`then` and `else` belong to an `if`", _first_line_span(part.span))
 
     def _if(self, part: declared.Part, condition: ExpressionField) -> If[Step] | None:
         term = elaborate_expression(condition, state_scope(self._site), self._diagnostics)
@@ -411,6 +402,16 @@ class _Elaborator:
 
     def _report(self, headline: str, at: SourceSpan) -> None:
         self._diagnostics.error("AE102", headline, at)
+
+
+def _misplaced_fields(part: declared.Part, form: str) -> Iterator[str]:
+    """Report fields that have no meaning in a part of this form."""
+    for name in _STEP_FIELDS if form != "skill" else ():
+        value = getattr(part, name)
+        if value is not None and value != MappingField():
+            yield f"`{name}` belongs to a step with a `skill`"
+    if form != "if" and (part.then is not None or part.else_ is not None):
+        yield "`then` and `else` belong to an `if`"
 
 
 def _first_line_span(span: SourceSpan) -> SourceSpan:
