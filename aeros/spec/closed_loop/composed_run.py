@@ -227,8 +227,10 @@ class ComposedRun:
             for branch in part.branches:
                 self._through, self._starts, lost = {state}, set(), dict[State, Weight]()
                 ends = self._part(branch, {state: weight}, role, lost)
-                # Where a step starts, the branch may have come to its end, or not.
-                alone.append(({*self._through, *ends, *lost}, lost, ends.keys() - self._starts))
+                visited = {*self._through, *ends, *lost}
+                # Where a step starts that changes something, the branch may have come to its end, or not.
+                ended = ends.keys() - (self._starts if len(visited) > 1 else set())
+                alone.append((visited, lost, ended))
             self._through, self._starts = outer
             if any(lost for _, lost, _ in alone):
                 self.is_exact = False
