@@ -35,6 +35,8 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "report": ("records.report", "write a finished run as one HTML page"),
     "why": ("records.why", "explain why a run failed, a step was denied or the robot stopped"),
     "explain": ("author.explain", "explain a diagnostic code"),
+    "import": ("connect.import_trees", "turn a behaviour tree of another tool into a composition"),
+    "export": ("connect.export_trees", "write a composition as a behaviour tree of another tool"),
     "graph": ("author.graph", "draw a task's planning rules, its closed loop or a composition"),
     "predict": ("author.predict", "compute a task's success probability and expected work exactly"),
     "experiment": ("project.experiment", "run seeded trials and compare them with exact predictions"),

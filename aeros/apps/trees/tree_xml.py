@@ -1,0 +1,134 @@
+"""Safe reader of behaviour trees in XML: elements with their lines, and no entity is ever expanded.
+
+Source of the format: https://www.behaviortree.dev/docs/learn-the-basics/xml_format
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+from xml.parsers import expat
+
+MAX_BYTES: Final = 10_000_000
+MAX_DEPTH: Final = 200
+
+
+class TreeFileError(Exception):
+    """File that is not a behaviour tree.
+
+    Attributes:
+        path: the file.
+        line: line of the fault, from 1.
+        reason: the fault and its cure, in words.
+    """
+
+    def __init__(self, path: str, line: int, reason: str) -> None:
+        super().__init__(path, line, reason)
+        self.path = path
+        self.line = line
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.line}: {self.reason}"
+
+
+@dataclass(frozen=True)
+class TreeNode:
+    """Element of a file.
+
+    Attributes:
+        tag: its name.
+        attributes: its attributes by name.
+        path: the file.
+        line: line where it begins, from 1.
+        children: the elements inside, in their order.
+    """
+
+    tag: str
+    attributes: Mapping[str, str]
+    path: str
+    line: int
+    children: list[TreeNode] = field(default_factory=list)
+
+
+def read_tree_file(path: Path) -> TreeNode:
+    """Read a file.
+
+    Args:
+        path: the file.
+
+    Returns:
+        Its outermost element.
+
+    Raises:
+        TreeFileError: it cannot be read, is no well-formed XML, declares a document type, or is too large.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise TreeFileError(str(path), 1, f"cannot be read: {error.strerror}") from error
+    return parse_tree(content, str(path))
+
+
+def parse_tree(content: bytes, path: str) -> TreeNode:
+    """Parse the content of a file.
+
+    Args:
+        content: XML.
+        path: name of the file, for messages.
+
+    Returns:
+        Its outermost element.
+
+    Raises:
+        TreeFileError: it is no well-formed XML, declares a document type, or is too large.
+    """
+    if len(content) > MAX_BYTES:
+        raise TreeFileError(path, 1, f"larger than {MAX_BYTES // 1_000_000} MB; split the file")
+    parser = expat.ParserCreate()
+    found: list[TreeNode] = []
+    inside: list[TreeNode] = []
+
+    def refuse(*_: Any) -> None:
+        raise TreeFileError(
+            path, parser.CurrentLineNumber, "declares a document type or entities; remove the declaration"
+        )
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        node = TreeNode(tag, attributes, path, parser.CurrentLineNumber)
+        if len(inside) >= MAX_DEPTH:
+            raise TreeFileError(path, node.line, f"nested more than {MAX_DEPTH} deep; use subtrees")
+        (inside[-1].children if inside else found).append(node)
+        inside.append(node)
+
+    parser.StartDoctypeDeclHandler = refuse
+    parser.EntityDeclHandler = refuse
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda _: inside.pop()
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        reason = f"is not well-formed XML: {expat.ErrorString(error.code)}"
+        raise TreeFileError(path, error.lineno, reason) from error
+    except (LookupError, ValueError) as error:  # an encoding that Python lacks
+        raise TreeFileError(path, parser.CurrentLineNumber, f"cannot be decoded: {error}") from error
+    return found[0]
+
+
+def walk_elements(node: TreeNode) -> Iterator[TreeNode]:
+    """Yield an element and everything inside it.
+
+    Args:
+        node: the element.
+
+    Yields:
+        Each element before those inside it, in the order written.
+    """
+    pending = [node]
+    while pending:
+        one = pending.pop()
+        yield one
+        pending += reversed(one.children)
