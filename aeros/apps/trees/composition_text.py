@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Final
+
+_NOT_TEXT: Final = frozenset(("true", "false", "null", "yes", "no", "on", "off", "y", "n"))
+"""Words that YAML does not read as text where they are not quoted."""
 
 
 class ManifestConflictError(Exception):
@@ -37,6 +40,10 @@ def _lines(part: dict[str, Any]) -> Iterator[str]:
     for key, value in flat.items():
         yield f"{key}: {_flow(value)}"
     for key, value in nested.items():
+        first = [] if isinstance(value, list) else list(_lines(value))
+        if len(first) == 1:
+            yield f"{key}: {first[0]}"
+            continue
         yield f"{key}:"
         for one in value if isinstance(value, list) else [value]:
             inner = list(_lines(one))
@@ -48,7 +55,7 @@ def _flow(value: Any) -> str:
     match value:
         case dict():
             return "{" + ", ".join(f"{key}: {_flow(one)}" for key, one in value.items()) + "}"
-        case str() if re.fullmatch(r"[a-z][a-z0-9_.]*", value):
+        case str() if re.fullmatch(r"[a-z][a-z0-9_.]*", value) and value not in _NOT_TEXT:
             return value
         case _:
             return json.dumps(value)

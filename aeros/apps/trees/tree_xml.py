@@ -5,7 +5,7 @@ Source of the format: https://www.behaviortree.dev/docs/learn-the-basics/xml_for
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -13,6 +13,7 @@ from xml.parsers import expat
 
 MAX_BYTES: Final = 10_000_000
 MAX_DEPTH: Final = 200
+MAX_FILES: Final = 500
 
 
 class TreeFileError(Exception):
@@ -68,9 +69,49 @@ def read_tree_file(path: Path) -> TreeNode:
     try:
         with path.open("rb") as file:
             content = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise TreeFileError(str(path), 1, f"cannot be read: {error.strerror}") from error
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "its name is not a path"
+        raise TreeFileError(str(path), 1, f"cannot be read: {reason}") from error
     return parse_tree(content, str(path))
+
+
+def read_tree_files(paths: Iterable[Path]) -> list[TreeNode]:
+    """Read files, and those that they include.
+
+    Args:
+        paths: the files.
+
+    Returns:
+        The outermost element of each, those of included files last; each file once.
+
+    Raises:
+        TreeFileError: a file cannot be read, is no tree, or includes more than `MAX_FILES` files.
+    """
+    found: dict[Path, TreeNode] = {}
+    pending: list[tuple[Path, TreeNode | None]] = [(path, None) for path in paths]
+    while pending:
+        path, included_at = pending.pop(0)
+        if path.resolve() in found:
+            continue
+        if included_at is not None and len(found) >= MAX_FILES:
+            reason = f"more than {MAX_FILES} files are included"
+            raise TreeFileError(included_at.path, included_at.line, reason)
+        try:
+            root = read_tree_file(path)
+        except TreeFileError as error:
+            if included_at is None or error.line > 1:
+                raise
+            raise TreeFileError(included_at.path, included_at.line, f"includes {error}") from error
+        found[path.resolve()] = root
+        for include in (one for one in root.children if one.tag == "include"):
+            name = include.attributes.get("path", "")
+            if not name or "ros_pkg" in include.attributes:
+                reason = (
+                    "includes a file of a ROS package; give that file as an argument, and remove this line"
+                )
+                raise TreeFileError(include.path, include.line, reason)
+            pending.append((path.parent / name, include))
+    return list(found.values())
 
 
 def parse_tree(content: bytes, path: str) -> TreeNode:
@@ -116,19 +157,3 @@ def parse_tree(content: bytes, path: str) -> TreeNode:
     except (LookupError, ValueError) as error:  # an encoding that Python lacks
         raise TreeFileError(path, parser.CurrentLineNumber, f"cannot be decoded: {error}") from error
     return found[0]
-
-
-def walk_elements(node: TreeNode) -> Iterator[TreeNode]:
-    """Yield an element and everything inside it.
-
-    Args:
-        node: the element.
-
-    Yields:
-        Each element before those inside it, in the order written.
-    """
-    pending = [node]
-    while pending:
-        one = pending.pop()
-        yield one
-        pending += reversed(one.children)

@@ -13,7 +13,7 @@ from aeros.apps.trees.composition_text import ManifestConflictError, composition
 from aeros.apps.trees.leaves import ImportSettings, identifier
 from aeros.apps.trees.library import collect_trees
 from aeros.apps.trees.tree_import import ImportedTree, NodeReport, import_tree
-from aeros.apps.trees.tree_xml import TreeFileError, read_tree_file
+from aeros.apps.trees.tree_xml import TreeFileError, read_tree_files
 from aeros.cli.arguments import add_command, existing_path
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import replace_durably
@@ -76,7 +76,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         arguments.ignore_ports,
     )
     try:
-        library = collect_trees(map(read_tree_file, arguments.files))
+        library = collect_trees(read_tree_files(arguments.files))
     except TreeFileError as error:
         print(f"aeros: {escape_invisible(str(error))}", file=sys.stderr)
         return Exit.REJECTED
