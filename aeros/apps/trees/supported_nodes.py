@@ -78,7 +78,7 @@ def is_built_in(name: str) -> bool:
     Returns:
         True if it is.
     """
-    return name in _REFUSED or name in _CHILDREN
+    return name in _REFUSED or name in _CHILDREN or re.fullmatch(r"Switch\d", name) is not None
 
 
 def refusal_reason(node: TreeNode) -> str:
