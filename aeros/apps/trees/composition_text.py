@@ -41,7 +41,7 @@ def _lines(part: dict[str, Any]) -> Iterator[str]:
         yield f"{key}: {_flow(value)}"
     for key, value in nested.items():
         first = [] if isinstance(value, list) else list(_lines(value))
-        if len(first) == 1:
+        if len(first) == 1 and first[0].startswith("{"):
             yield f"{key}: {first[0]}"
             continue
         yield f"{key}:"

@@ -74,12 +74,20 @@ class _Writer:
             for step in (*steps_of(composition.body), *composition.handlers.values())
             for flow in step.output_references.values()
         )
-        self._taken = {(flow.step, flow.output) for flow in flows}
+        self._flowing = {(flow.step, flow.output) for flow in flows}
         self._count = 0
         self.used: set[str] = set()
 
     def add(self, parent: ET.Element, part: Part) -> None:
-        """Add a part to an element."""
+        """Add a part to an element.
+
+        Args:
+            parent: the element.
+            part: the part.
+
+        Raises:
+            UnexportableError: the tree is too large, or two ports have one name.
+        """
         self._count += 1
         if self._count > MAX_ELEMENTS:
             reason = f"it makes more than {MAX_ELEMENTS} elements with its tries and handlers written out"
@@ -147,7 +155,7 @@ class _Writer:
         skills = [self._ecm.callable_skills[name] for name in step.runs]
         ports = {name: _value(skills[0].inputs[name], value) for name, value in step.inputs.items()}
         ports |= {name: f"{{{flow.step}.{flow.output}}}" for name, flow in step.output_references.items()}
-        ports |= {name: f"{{{id_}.{name}}}" for id_, name in sorted(self._taken) if id_ == step.id}
+        ports |= {name: f"{{{id_}.{name}}}" for id_, name in sorted(self._flowing) if id_ == step.id}
         _child(parent, "Action", ID=step.skill, name=step.id, **ports)
 
 

@@ -30,6 +30,11 @@ PartForm = dict[str, Any]
 MAX_NODES: Final = 2000
 """The most nodes of one tree, with those of its subtrees each time that they run."""
 
+MAX_NODE_DEPTH: Final = 60
+MAX_PART_DEPTH: Final = 19
+MAX_ACTIONS: Final = 100
+"""Plans are nested at most 20 deep, and have at most so many steps (`aeros.agent.planning.task_graph`)."""
+
 
 @dataclass(frozen=True)
 class NodeReport:
@@ -82,8 +87,10 @@ def import_tree(library: TreeLibrary, tree: str, settings: ImportSettings) -> Im
     importer = _Importer(library, settings)
     root = library.trees[tree]
     part = importer.part(root.children[0], _Place((tree,)))
-    if part is not None and not _has_step(part):
-        importer.refuse(root, "no action is in it; a composition runs at least one skill")
+    if part is not None:
+        reason = _size_reason(part)
+        if reason:
+            importer.refuse(root, reason)
     reports = tuple(importer.reports)
     return ImportedTree(None if any(one.reason for one in reports) else part, reports)
 
@@ -97,12 +104,14 @@ class _Place:
         goes_on: something follows a failure of it.
         is_repeated: it may run again from its beginning.
         ports: values of the ports of the innermost tree, by name.
+        depth: number of nodes around it.
     """
 
     trees: tuple[str, ...]
     goes_on: bool = False
     is_repeated: bool = False
     ports: Mapping[str, str] = field(default_factory=dict)
+    depth: int = 0
 
 
 class _Importer:
@@ -125,6 +134,12 @@ class _Importer:
             if len(self.reports) == MAX_NODES:
                 self.refuse(node, f"the tree has more than {MAX_NODES} nodes with those of its subtrees")
             return None
+        if place.depth > MAX_NODE_DEPTH:
+            self.refuse(
+                node, f"the tree is more than {MAX_NODE_DEPTH} deep with its subtrees; make it flatter"
+            )
+            return None
+        place = replace(place, depth=place.depth + 1)
         reason = refusal_reason(node)
         if reason:
             self.refuse(node, reason)
@@ -309,6 +324,26 @@ def _joined(form: str, parts: Sequence[PartForm | None]) -> PartForm | None:
     if len(known) < len(parts):
         return None
     return known[0] if len(known) == 1 else {form: known}
+
+
+def _size_reason(part: PartForm) -> str:
+    """Return the reason that a plan cannot have this part; empty if it can."""
+    actions = sum(isinstance(one.get("skill"), str) for one in _forms(part))
+    if not actions:
+        return "no action is in it; a composition runs at least one skill"
+    if actions > MAX_ACTIONS:
+        return f"it has {actions} actions with those of its subtrees; a plan has at most {MAX_ACTIONS}"
+    depth = _depth(part)
+    if depth > MAX_PART_DEPTH:
+        return f"its parts are nested {depth} deep; a plan is nested at most {MAX_PART_DEPTH} deep"
+    return ""
+
+
+def _depth(part: PartForm) -> int:
+    inner = [one for value in part.values() for one in (value if isinstance(value, list) else [value])]
+    parts = [one for one in inner if isinstance(one, dict) and "from" not in one]
+    own = 1 + ("retry" in part and "skill" not in part) + ("tolerate" in part or "check" in part)
+    return own + max((_depth(one) for one in parts if "skill" not in part), default=0)
 
 
 def _has_step(part: PartForm) -> bool:

@@ -15,6 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import behaviortreepy as bt
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -22,6 +23,8 @@ from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.plan_executor import PlanExecutor
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.planning.compositions import composition_to_graph
+from aeros.agent.planning.task_graph import verify_plan
+from aeros.apps.trees import tree_import
 from aeros.apps.trees.composition_text import composition_text
 from aeros.apps.trees.leaves import ImportSettings
 from aeros.apps.trees.library import collect_trees
@@ -204,7 +207,9 @@ def own_run(module: Ecm, site: Site, seed: int, truths: dict[str, bool]) -> tupl
     journal = Journal(runtime, memory, None)
     engine = PlanExecutor(StepRunner(runtime, memory, journal, "task"), journal, lambda: False)
     (composition,) = module.compositions.values()
-    end = engine.run(composition_to_graph(composition, module.id).body)
+    graph = composition_to_graph(composition, module.id)
+    assert verify_plan(graph, {module.id: module}, site) == []
+    end = engine.run(graph.body)
     started = [note["skill"].partition(".")[2] for kind, note in runtime.notes if kind == "step-started"]
     return end is None, started
 
@@ -241,3 +246,15 @@ def test_leaves_run_in_the_order_of_the_reference() -> None:
 
         same()
     assert min(SEEN[kind] for kind in ("succeeds", "fails", "several", "exported")) > 20, SEEN
+
+
+def test_an_import_in_another_order_is_noticed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    yard = Yard(tmp_path)
+    body = file_of(
+        '<Fallback><Sequence><Action ID="a0"/><Action ID="a1"/></Sequence><Action ID="a2"/></Fallback>'
+    )
+    truths = dict.fromkeys(CONDITIONS, False)
+    expected = [reference_run(body, seed, truths) for seed in range(8)]
+    assert [own_run(imported(yard, body), yard.site, seed, truths) for seed in range(8)] == expected
+    monkeypatch.setattr(tree_import, "SEQUENCES", ("Sequence", "Fallback"))
+    assert [own_run(imported(yard, body), yard.site, seed, truths) for seed in range(8)] != expected

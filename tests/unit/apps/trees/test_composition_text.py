@@ -13,7 +13,7 @@ PART = {
         {"seq": [{"skill": "one"}], "retry": 2},
         {
             "if": "c",
-            "then": {"any": [{"skill": "two"}, {"tolerate": {"skill": "three"}}]},
+            "then": {"any": [{"skill": "two"}, {"tolerate": {"tolerate": {"skill": "three"}}}]},
             "else": {"check": "true"},
         },
         {"skill": "m.four", "id": "four", "inputs": {"by": {"from": "one.w"}, "at": "1 m"}},

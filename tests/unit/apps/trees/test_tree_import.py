@@ -161,6 +161,19 @@ def test_a_tree_that_grows_without_end_is_refused() -> None:
     assert len(found.reports) <= MAX_NODES + 1
 
 
+def test_a_tree_that_no_plan_can_hold_is_refused() -> None:
+    wide = "".join(f'<Action ID="A{number}"/>' for number in range(101))
+    assert "101 actions with those of its subtrees" in tried(f"<Sequence>{wide}</Sequence>").refused[0].reason
+
+    def deep(levels: int) -> ImportedTree:
+        return tried(f"<Sequence>{A}<Fallback>{B}" * levels + A + "</Fallback></Sequence>" * levels)
+
+    assert deep(9).part is not None
+    assert "its parts are nested 21 deep" in deep(10).refused[0].reason
+    assert "more than 60 deep" in deep(40).refused[0].reason
+    assert deep(95).part is None
+
+
 def test_names_become_identifiers() -> None:
     names = ["OpenGripper", "Open  Gripper!", "HTTPServer2", "2 fast", "über", "_"]
     assert [identifier(one) for one in names] == [
