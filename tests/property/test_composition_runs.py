@@ -116,7 +116,7 @@ def _proved_claims_hold(
 
 def test_proved_claims_hold_in_runs() -> None:
     # Few draws have a step that is cancelled: these do, and each night's are new.
-    run = seed(3)(_proved_claims_hold) if PROFILE == "ci" else _proved_claims_hold
+    run = seed(8)(_proved_claims_hold) if PROFILE == "ci" else _proved_claims_hold
     run()
     # Both verdicts and every kind of run occurred often enough.
     PLANS.assert_both("plan")
