@@ -114,6 +114,12 @@ GROUPS: Final[dict[str, CommandGroup]] = {
         "connect other programs and other robots",
         {
             "mcp": CommandEntry("connect.mcp", "serve the robot to MCP clients"),
+            "import": CommandEntry(
+                "connect.import_trees", "turn a behaviour tree of another tool into a composition"
+            ),
+            "export": CommandEntry(
+                "connect.export_trees", "write a composition as a behaviour tree of another tool"
+            ),
             "approve": CommandEntry("robot.approve", "list and approve requests of MCP clients"),
             "check-plant": CommandEntry(
                 "robot.check_plant", "check that a plant keeps the promises of its interface"

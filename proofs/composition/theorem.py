@@ -14,12 +14,13 @@ from aeros.skill import Action
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.ecm import Alternative
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import Fallback, If, Par, RetriedPart, Seq
 from aeros.spec.model.variables import Declared
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs
 from aeros.spec.theorems.smtlib import smt_and, smt_apply, smt_implies, smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
+from proofs.composition.alternatives import ALTERNATIVES, PROGRESS, alternatives_in_order
 from proofs.composition.executor_motions import CLEAN_UP, SCHEDULER, STEP, motions_match_plant
 from proofs.lib.loops import loops_of
 
@@ -312,6 +313,8 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
                 return Seq((one, two))
             if ask(f"{which}.is-if"):
                 return If(t.TRUE, "", one, two, cast("Any", None))
+            if ask(f"{which}.is-any"):
+                return Fallback((one, RetriedPart(two, 1, cast("Any", None))), cast("Any", None))
             return Par((one, two), cast("Any", None))
 
         asked = (("h", "handled"), ("l", "handled-last"))
@@ -342,7 +345,7 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
             *(
                 f"(declare-const {side}.is-{shape} Bool)"
                 for side in ("left", "right")
-                for shape in ("seq", "if")
+                for shape in ("seq", "if", "any")
             ),
             "(declare-const handled Bool)",
             "(declare-const handled-last Bool)",
@@ -442,6 +445,7 @@ _LOOPS: Final = loops_of(
     "aeros.runtime.execution.step",
     "aeros.runtime.execution.decision_pipeline",
     "aeros.agent.execution.dispatcher",
+    "aeros.agent.execution.alternatives",
     ("aeros.spec.obligations.joint", ("joint_obligations",)),
     (
         "aeros.spec.obligations.parallel",
@@ -470,6 +474,7 @@ THEOREM = Theorem(
         "proved-joint": _proved_obligations,
         "pairs": _branch_pair_obligations,
         "owner": _owner_obligation,
+        "alternatives": alternatives_in_order,
         "loops": _LOOPS,
     },
     (
@@ -543,6 +548,27 @@ THEOREM = Theorem(
             COMPOSITION,
             "names = (self.between_tries, self.last_handler)",
             "names = (self.between_tries,)",
+        ),
+        Mutant(
+            "goes-on-after-any-failure",
+            "alternatives",
+            ALTERNATIVES,
+            "if not failure.is_declared or is_cancelled():",
+            "if is_cancelled():",
+        ),
+        Mutant(
+            "goes-on-after-a-cancellation",
+            "alternatives",
+            ALTERNATIVES,
+            "if not failure.is_declared or is_cancelled():",
+            "if not failure.is_declared:",
+        ),
+        Mutant(
+            "forgets-which-alternative-has-failed",
+            "alternatives",
+            PROGRESS,
+            "self.set_branch((*at, -1 - number), False)",
+            "self.on_change()",
         ),
         Mutant(
             "requests-from-the-caller",

@@ -49,6 +49,7 @@ CASES = (
     "capability_that_two_modules_provide/asker",
     "capability_by_a_sequence_or_a_composition",
     "step_by_a_composition",
+    "alternatives_and_tries",
 )
 START = {"fetched": "brush", "table_tidy": False}
 
@@ -157,7 +158,7 @@ def test_runs_come_to_what_is_predicted(name: str, runs: int) -> None:
     for mean, values in zip(map(float, expected), zip(*found, strict=True), strict=True):
         average = sum(values) / runs
         spread = sqrt(sum((value - average) ** 2 for value in values) / runs / runs)
-        assert abs(average - mean) <= 4.5 * spread + 1e-9
+        assert abs(average - mean) <= 4.5 * spread + 1e-6  # rarer than that is not seen
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -28,7 +28,17 @@ from aeros.spec.model.ecm import ActionCondition, CapabilityInterface, Ecm, Outc
 from aeros.spec.model.policy import Access, ModuleLimits
 from aeros.spec.model.rules import ActionKind, JointRule, Risk, Rule
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, Par, Seq, steps_of, walk_parts
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    children_of,
+    steps_of,
+    walk_parts,
+)
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations import joint
 from aeros.spec.obligations.composition import composition_obligations
@@ -98,24 +108,24 @@ def _skills(draw: st.DrawFn) -> dict[str, Skill]:
     found = {}
     for name in ("s0", "s1", "s2", "s3"):
         precondition = draw(st.one_of(st.none(), st.sampled_from(CONDITIONS)))
-        outcomes = [
-            Outcome(
-                f"o{number}",
-                {name: (UNIT[value] if name == "v" else value) for name, value in draw(_EFFECTS).items()},
-                number > 0 and draw(st.booleans()),
-                draw(st.sampled_from([None, None, None, Fraction(0)])) if number else None,
-                None,
-            )
-            for number in range(draw(st.integers(1, 3)))
-        ]
+        outcomes = []
+        for number in range(draw(st.integers(1, 3))):
+            probability = draw(st.sampled_from([None, None, None, Fraction(0)])) if number else None
+            # One that is declared impossible may be measured where its effects hold already.
+            drawn = {} if probability == 0 else draw(_EFFECTS)
+            effects = {name: (UNIT[value] if name == "v" else value) for name, value in drawn.items()}
+            failure = number > 0 and draw(st.booleans())
+            outcomes.append(Outcome(f"o{number}", effects, failure, probability, None))
         resources = draw(st.frozensets(st.sampled_from(["arm", "camera"]), max_size=1))
         found[name] = _skill(name, precondition, outcomes, resources=resources)
     return found
 
 
 class _Drawer:
-    def __init__(self, draw: st.DrawFn) -> None:
+    def __init__(self, draw: st.DrawFn, pars_anywhere: bool = False) -> None:
         self.draw = draw
+        self.pars_anywhere = pars_anywhere
+        self.par_may_fail = True
         self.number = 0
 
     def span(self) -> SourceSpan:
@@ -131,9 +141,21 @@ class _Drawer:
         return Step(f"step{self.number}", skill, {}, {}, retry, handler, last, span)
 
     def part(self, depth: int) -> Part:
-        form = self.draw(st.sampled_from(["step", "seq", "seq", "par", "if", "if"])) if depth else "step"
+        forms = ["step", "seq", "seq", "seq", "if", "if", "if", "any", "tolerate", "again", "check"]
+        forms += ["par", "par"] if self.par_may_fail else []
+        form = self.draw(st.sampled_from(forms)) if depth else "step"
         if form == "step":
             return self.step()
+        if form == "check":
+            return If(
+                self.draw(st.sampled_from(CONDITIONS)),
+                "",
+                Seq(()),
+                FailingPart("v", self.span()),
+                self.span(),
+            )
+        if form in ("any", "tolerate", "again"):
+            return self.alternatives(form, depth)
         if form == "if":
             otherwise = self.draw(st.sampled_from(["part", "nothing", "none"]))
             condition, then = self.draw(st.sampled_from(CONDITIONS)), self.part(depth - 1)
@@ -142,13 +164,29 @@ class _Drawer:
         inner = tuple(
             self.part(depth - 1) for _ in range(self.draw(st.integers(2, 3 if form == "seq" else 2)))
         )
-        return Seq(inner) if form == "seq" else Par(inner, self.span())
+        if form == "par":  # the manifest refuses a branch without a step
+            return Par(tuple(one if any(steps_of(one)) else self.step() for one in inner), self.span())
+        return Seq(inner)
+
+    def alternatives(self, form: str, depth: int) -> Part:
+        """Draw a part that goes on after a failure; no `par` in it fails, unless any may."""
+        outer, self.par_may_fail = self.par_may_fail, self.pars_anywhere
+        first = self.part(depth - 1)
+        if form == "again":
+            made: Part = RetriedPart(first, self.draw(st.integers(1, 2)), self.span())
+        elif form == "tolerate":
+            made = Fallback((first, Seq(())), self.span())
+        else:
+            made = Fallback((first, self.part(depth - 1)), self.span())
+        self.par_may_fail = outer
+        return made
 
 
 @st.composite
-def _compositions(draw: st.DrawFn) -> Composition:
-    drawer = _Drawer(draw)
+def _compositions(draw: st.DrawFn, pars_anywhere: bool = False) -> Composition:
+    drawer = _Drawer(draw, pars_anywhere)
     body = drawer.part(2)
+    body = body if any(steps_of(body)) else Seq((body, drawer.step()))
     second = Step("h1", draw(st.sampled_from(["s0", "s1"])), {}, {}, 0, None, None, drawer.span())
     first = Step("h0", draw(st.sampled_from(["s2", "s3"])), {}, {}, 1, "h1", None, drawer.span())
     precondition = draw(st.sampled_from([t.TRUE, *CONDITIONS]))
@@ -194,6 +232,12 @@ class _Machine:
                 return ("par", tuple(self.begin(one) for one in inner))
             case If():
                 return ("if", part)
+            case Fallback(parts=(first, *others)):
+                return ("any", self.begin(first), tuple(others))
+            case RetriedPart(part=one, retry=retry):
+                return ("any", self.begin(one), (one,) * retry)
+            case _:
+                return ("fail",)
 
     def next(self, process: Process, state: dict[str, Any]) -> Iterator[tuple[Process, dict[str, Any]]]:
         match process:
@@ -220,9 +264,19 @@ class _Machine:
                     yield self.begin(part.then), state
                 elif part.otherwise is None:
                     self.uncovered.add(part.span.start)
-                    yield "stopped", state
+                    yield ("stuck",), state  # no declared failure, so no alternative follows
                 else:
                     yield self.begin(part.otherwise), state
+            case ("any", "done", _):
+                yield "done", state
+            case ("any", first, others):
+                for after, changed in self.next(first, state):
+                    if after != "stopped":
+                        yield ("any", after, others), changed
+                    else:
+                        yield ("any", self.begin(others[0]), others[1:]) if others else after, changed
+            case ("fail",):
+                yield "stopped", state
             case ("try", step, name, tries_left):
                 self.started.add(name)
                 precondition = self.skills[step.skill].precondition
@@ -255,8 +309,7 @@ class _Machine:
             again = ("handle", self.handling(step.between_tries), again, lost)
         if tries_left:
             yield again
-        if not tries_left or step.last_handler is not None:  # the agent may leave out the tries that are left
-            yield lost
+        yield lost  # the agent may leave out the tries that are left
 
     def handling(self, name: str) -> Process:
         return ("try", self.handlers[name], f"handler/{name}", self.handlers[name].retry)
@@ -404,7 +457,7 @@ def test_a_resource_is_short_exactly_where_some_choice_of_steps_needs_more() -> 
     RESOURCES.assert_both("AE858")
 
 
-@examples(150, report_multiple_bugs=False)
+@examples(250, report_multiple_bugs=False)
 @given(_compositions(), _skills())
 def _resources_are_judged(composition: Composition, skills: dict[str, Skill]) -> None:
     def choices(part: Part) -> Iterator[tuple[str, ...]]:
@@ -424,6 +477,11 @@ def _resources_are_judged(composition: Composition, skills: dict[str, Skill]) ->
             case If(then=then, otherwise=otherwise):
                 yield from choices(then)
                 yield from () if otherwise is None else choices(otherwise)
+            case Fallback() | RetriedPart() | FailingPart():
+                yield ()
+                body: Part = part
+                for inner in children_of(body):
+                    yield from choices(inner)
 
     site = _site()
     _, refuted = _refuted(_module(skills, composition), site)

@@ -16,7 +16,7 @@ from aeros.spec.expr.types import BOOL, RealType, Type
 from aeros.spec.expr.units import LENGTH, NUMBER
 from aeros.spec.model.composition import Composition, OutputReference, Part, Step
 from aeros.spec.model.ecm import Outcome, Skill
-from aeros.spec.model.step_graph import If, Par, Seq, steps_of, walk_parts
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of, walk_parts
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.data_flow import data_obligations
@@ -32,7 +32,8 @@ def _bodies(draw: st.DrawFn) -> Part:
     numbers = itertools.count(1)
 
     def part(depth: int) -> Part:
-        form = draw(st.sampled_from(["step", "seq", "seq", "par", "if"])) if depth else "step"
+        forms = ["step", "seq", "seq", "par", "if", "any", "again"]
+        form = draw(st.sampled_from(forms)) if depth else "step"
         at = next(numbers)
         span = TEXT.span(at, at + 1)
         if form == "step":
@@ -40,6 +41,10 @@ def _bodies(draw: st.DrawFn) -> Part:
         if form == "if":
             otherwise = draw(st.sampled_from([part(depth - 1), Seq(()), None]))
             return If(P, "p", part(depth - 1), otherwise, span)
+        if form == "again":
+            return RetriedPart(part(depth - 1), 1, span)
+        if form == "any":
+            return Fallback((part(depth - 1), draw(st.sampled_from([part(depth - 1), Seq(())]))), span)
         inner = tuple(part(depth - 1) for _ in range(2))
         return Seq(inner) if form == "seq" else Par(inner, span)
 
@@ -58,6 +63,12 @@ def _with(part: Part, flows: dict[str, OutputReference]) -> Part:
         case If(then=then, otherwise=otherwise):
             other = None if otherwise is None else _with(otherwise, flows)
             return replace(part, then=_with(then, flows), otherwise=other)
+        case Fallback(parts=inner):
+            return replace(part, parts=tuple(_with(one, flows) for one in inner))
+        case RetriedPart(part=one):
+            return replace(part, part=_with(one, flows))
+        case FailingPart():
+            return part
 
 
 def _runs(part: Part) -> Iterator[tuple[str, ...]]:
@@ -74,6 +85,11 @@ def _runs(part: Part) -> Iterator[tuple[str, ...]]:
         case If(then=then, otherwise=otherwise):
             yield from _runs(then)
             yield from () if otherwise is None else _runs(otherwise)
+        case Fallback(parts=inner):
+            for way in inner:
+                yield from _runs(way)
+        case RetriedPart(part=again):
+            yield from _runs(again)
 
 
 def _merged(one: tuple[str, ...], other: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
@@ -226,6 +242,12 @@ def _actuators_are_judged(body: Part, moved: list[frozenset[str]], data: st.Data
                 return replace(part, branches=tuple(map(filled, inner)))
             case If(then=then, otherwise=other):
                 return replace(part, then=filled(then), otherwise=None if other is None else filled(other))
+            case Fallback(parts=inner):
+                return replace(part, parts=tuple(map(filled, inner)))
+            case RetriedPart(part=one):
+                return replace(part, part=filled(one))
+            case FailingPart():
+                return part
 
     body = filled(body)
     handler = Step("h0", "s2", {}, {}, 0, None, "stop", TEXT.span(900, 901))

@@ -1,4 +1,4 @@
-"""Execute a plan's graph: parts in sequence, in parallel and by condition, with retries of each step.
+"""Execute a plan's graph: parts in sequence, in parallel, by condition and instead of others, with retries.
 
 - An attempt of a step: the skill is active, its precondition is measured as true, it is started. It succeeds
   iff the skill ran to its end and the measured outcome is declared and no failure.
@@ -18,6 +18,7 @@
 - A sequence fails with its first part that fails. The branches of a `par` start in the order written.
   When one fails for good the whole `par` has failed and nothing follows (as in `flow.paths`): the other
   branches start nothing more and their running steps are cancelled. The `par` ends when they have ended.
+- An alternative of a fallback, or another try of a part, follows a declared failure (`alternatives`).
 - Once the goal is reached nothing more starts; running steps end by themselves.
 
 - An input may use an output of a step that has succeeded; if that output is missing, the step fails.
@@ -29,11 +30,13 @@ A branch is a generator that yields while one of its steps runs and is sent ever
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from math import inf
 from typing import Any, Final
 
+from aeros.agent.execution.alternatives import run_alternatives
 from aeros.agent.execution.attempt import AttemptResult, RunningAttempt
 from aeros.agent.execution.dispatcher import ChosenComposition
 from aeros.agent.execution.journal import Journal
@@ -47,7 +50,7 @@ from aeros.agent.world.definitions import unmet_with_definitions
 from aeros.agent.world.values import to_json_value
 from aeros.runtime.ports import EndedStep, StepHandle
 from aeros.spec.model.cause import Cause
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +166,12 @@ class PlanExecutor:
                 return self._run_parallel(branches, scope, path, role)
             case If():
                 return self._run_conditional(part, scope, path, role)
+            case Fallback(parts=parts):
+                return self._run_alternatives([(one, role) for one in parts], scope, path)
+            case RetriedPart(part=one, retry=retry):
+                return self._run_alternatives([(one, role), *[(one, StepRole.RETRY)] * retry], scope, path)
+            case FailingPart(text=text):
+                return self._fail_at_once(text)
 
     def _run_sequence(
         self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath, role: StepRole
@@ -191,6 +200,19 @@ class PlanExecutor:
         why, behind = unmet_with_definitions(world, part.condition, modules)
         reason = f"the plan does not say how to continue if `{part.text}` is not met: {why}"
         return PlanFailure(reason, causes=behind)
+
+    def _run_alternatives(
+        self, parts: Sequence[tuple[Part, StepRole]], scope: _CancelScope, at: StepPath
+    ) -> _Branch:
+        starts = [
+            partial(self._run_part, part, scope, (*at, number), role)
+            for number, (part, role) in enumerate(parts)
+        ]
+        return run_alternatives(starts, at, self._progress, lambda: scope.cancel_reason is not None)
+
+    def _fail_at_once(self, text: str) -> _Branch:
+        yield from ()
+        return None if self._is_over() else PlanFailure(f"`{text}` is not met", is_declared=True)
 
     def _run_parallel(
         self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath, role: StepRole

@@ -2,7 +2,8 @@
 
 A step path is the place of a part in the plan's graph: the indices of the parts on the way down to it. A
 recovery between two attempts adds the number of the attempt before it; one after the last attempt adds 0. An
-attempt that runs a composition adds its number below 0 to the paths of the parts of that.
+attempt that runs a composition adds its number below 0 to the paths of the parts of that. An alternative of a
+fallback, and a try of a part, that has failed has a mark at the path of the whole with its number below 0.
 This module decides nothing: the executor asks it where to continue, and checkpoints keep it.
 """
 
@@ -61,7 +62,8 @@ class PlanProgress:
     Attributes:
         attempts: attempts by step path.
         done_paths: step paths where nothing is left to do.
-        branch_choices: for each `if` that was decided, True if `then` is followed.
+        branch_choices: for each `if` that was decided, True if `then` is followed; False for an alternative
+            that has failed.
         on_change: called after a change that a resumed agent must know of.
     """
 
@@ -175,6 +177,27 @@ class PlanProgress:
         """
         self.branch_choices[at] = then
         self.on_change()
+
+    def mark_failed(self, at: StepPath, number: int) -> None:
+        """Record that an alternative has failed and the next one is due.
+
+        Args:
+            at: step path of the part with the alternatives.
+            number: number of the alternative, from 0.
+        """
+        self.set_branch((*at, -1 - number), False)
+
+    def has_failed(self, at: StepPath, number: int) -> bool:
+        """Check if an alternative was marked as failed.
+
+        Args:
+            at: step path of the part with the alternatives.
+            number: number of the alternative, from 0.
+
+        Returns:
+            True if it was.
+        """
+        return (*at, -1 - number) in self.branch_choices
 
     def unfinished_attempts(self) -> list[tuple[StepPath, UnfinishedAttempt]]:
         """List the attempts that were started and not acknowledged.

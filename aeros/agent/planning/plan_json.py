@@ -66,7 +66,7 @@ def _part_to_json(part: Part) -> dict[str, Any]:
         case Seq():
             return {"seq": _parts_to_json(part)}
         case _:
-            raise InternalError("a plan with parallel branches has no JSON form")
+            raise InternalError("a plan with parallel branches or alternatives has no JSON form")
 
 
 def _parts_to_json(part: Part) -> list[dict[str, Any]]:

@@ -23,7 +23,18 @@ from aeros.spec.model import composition as spec
 from aeros.spec.model import step_graph as parts
 from aeros.spec.model.ecm import Ecm, Skill, owner_of
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, Par, Seq, children_of, map_graph_steps, steps_of, walk_parts
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    children_of,
+    map_graph_steps,
+    steps_of,
+    walk_parts,
+)
 from aeros.spec.obligations.parallel import interference_claims
 
 MAX_STEPS: Final = 100
@@ -147,7 +158,7 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
         return [f"the planner returned a {type(graph).__name__}, not a task graph"]
     if type(graph.remark) is not str or len(graph.remark) > MAX_REMARK_CHARS:
         return [f"its remark is not a text of at most {MAX_REMARK_CHARS} characters"]
-    misshapen = _shape_problems(graph.body, 0)
+    misshapen = _shape_problems(graph.body, 0, site.limits.retries)
     if misshapen is not None:
         return [misshapen]
     pars = (part for part in walk_parts(graph.body) if isinstance(part, Par))
@@ -162,7 +173,8 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
         for n, step in enumerate(graph.steps, 1)
         for of, run in islice(_step_and_helpers(step), MAX_RUNS + 1)
     ]
-    if len(runs) > MAX_RUNS:
+    tries = _most_tries(graph.body)
+    if max(len(runs), tries) > MAX_RUNS:
         return [f"the plan has more than {MAX_RUNS} steps and steps that failures lead to"]
     malformed = [f"{which}: {text}" for which, run in runs if (text := _field_problems(run))]
     if malformed:
@@ -184,7 +196,16 @@ def _step_and_helpers(step: PlanStep, of: str = "", depth: int = 0) -> Iterator[
             yield from _step_and_helpers(helper, f"{of}, its `{word}`", depth + 1)
 
 
-def _shape_problems(part: object, depth: int) -> str | None:
+def _most_tries(part: Part) -> int:
+    """Count the steps of a part, each as often as tries of parts around it run it."""
+    if isinstance(part, PlanStep):
+        return 1
+    tries = part.retry + 1 if isinstance(part, RetriedPart) else 1
+    inner: tuple[Part, ...] = children_of(part)
+    return tries * sum(_most_tries(one) for one in inner)
+
+
+def _shape_problems(part: object, depth: int, most_retries: int) -> str | None:
     """Return the reason that an object is not a graph of parts, whatever its steps are."""
     if depth > MAX_DEPTH:
         return f"the plan is nested more than {MAX_DEPTH} deep"
@@ -197,13 +218,22 @@ def _shape_problems(part: object, depth: int) -> str | None:
             return "a `par` has not two branches"
         case If(condition=condition, text=str(), span=SourceSpan()) if isinstance(condition, t.Term):
             inner = children_of(part)
-        case Seq() | Par() | If():
+        case Fallback(parts=inner, span=SourceSpan()) if isinstance(inner, tuple) and inner:
+            pass
+        case RetriedPart(retry=retry, span=SourceSpan()) if type(retry) is int and retry >= 0:
+            if retry > most_retries:
+                return f"{retry} retries of a part; this site allows 0 to {most_retries}"
+            inner = children_of(part)
+        case FailingPart(text=str(), span=SourceSpan()):
+            return None
+        case Seq() | Par() | If() | Fallback() | RetriedPart() | FailingPart():
             return f"a {type(part).__name__} is malformed"
         case PlanStep():
             return None
         case _:
             return f"a {type(part).__name__} is not a step"
-    return next((fault for one in inner if (fault := _shape_problems(one, depth + 1)) is not None), None)
+    faults = (_shape_problems(one, depth + 1, most_retries) for one in inner)
+    return next((fault for fault in faults if fault is not None), None)
 
 
 def _field_problems(step: object) -> str | None:

@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Final
 
 from aeros.apps.drawings.drawing import Diagram, Edge, Node, Shape
 from aeros.spec.flow.control_flow import (
     DONE,
     FAILURE,
     LAST_FAILURE,
+    NO_TRY_LEFT,
     START,
     STOPPED,
     control_flow_graph,
 )
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Ecm, Skill
-from aeros.spec.model.step_graph import If
+from aeros.spec.model.step_graph import If, RetriedPart
 
-FAILURES = (FAILURE, LAST_FAILURE)
+_BARS: Final = {
+    "fork": "at the same time",
+    "join": "when all have succeeded",
+    "tolerated": "a failure is tolerated",
+}
+FAILURES = (FAILURE, LAST_FAILURE, NO_TRY_LEFT)
 
 
 def composition_drawing(ecm: Ecm, composition: Composition) -> Diagram:
@@ -50,7 +57,9 @@ def composition_drawing(ecm: Ecm, composition: Composition) -> Diagram:
         tuple(_node(ids[name], name, graph.nodes[name].get("part"), composition) for name in ids),
         tuple(
             Edge(ids[before], ids[after], label, dashed)
-            for before, after, label, dashed in sorted(edges, key=lambda edge: order.index(edge[0]))
+            for before, after, label, dashed in sorted(
+                edges, key=lambda edge: (order.index(edge[0]), not edge[3])
+            )
         ),
     )
 
@@ -64,9 +73,14 @@ def _label(step: Step, on: str, after: str, skills: Mapping[str, Skill]) -> str 
     names = " or ".join(dict.fromkeys(one.id for one in likely if one.failure == (on in FAILURES)))
     if not names:
         return None
-    if step.retry and (on == LAST_FAILURE or (on == FAILURE and after == STOPPED)):
+    if step.retry and (on == LAST_FAILURE or (on == FAILURE and not _is_next_try(step, after))):
         return f"{names}, after {step.retry + 1} tries"
     return names
+
+
+def _is_next_try(step: Step, after: str) -> bool:
+    """Tell if a node is the step itself, or the handler between two of its tries."""
+    return after in (f"step/{step.id}", f"handler/{step.id}", f"handler/{step.between_tries}")
 
 
 def _node(id_: str, name: str, part: object, composition: Composition) -> Node:
@@ -75,15 +89,15 @@ def _node(id_: str, name: str, part: object, composition: Composition) -> Node:
             return Node(id_, tuple(_step_text(part)), "state" if name.startswith("handler/") else "step")
         case If():
             return Node(id_, (f"if {part.text}",), "choice")
+        case RetriedPart():
+            return Node(id_, (f"at most {part.retry + 1} tries",), "bar")
     ends: dict[str, tuple[str, Shape]] = {
         START: (composition.id, "start"),
         DONE: ("done", "goal"),
         STOPPED: ("stopped as failed", "stuck"),
     }
     if name not in ends:
-        return Node(
-            id_, ("at the same time" if name.startswith("fork") else "when all have succeeded",), "bar"
-        )
+        return Node(id_, (_BARS[name.partition("@")[0]],), "bar")
     text, shape = ends[name]
     precondition = composition.precondition_span
     note = (f"where {precondition.text}",) if name == START and precondition is not None else ()

@@ -25,7 +25,7 @@ from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Part, Step, handler_cycle
-from aeros.spec.model.step_graph import If, Par, Seq, steps_of
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of, walk_parts
 
 Role = Literal["step", "retry", "recovery"]
 ROLES: Final[tuple[Role, ...]] = ("step", "retry", "recovery")
@@ -134,6 +134,8 @@ class ComposedRun:
         self._invocations: dict[int, list[Invocation]] = {}
         self._conditions: dict[int, StateCondition] = {}
         self._through: set[State] = set()
+        self._starts: set[State] = set()
+        self._may_go_on = False
         self.is_exact = True
         self.is_success_known = True
 
@@ -174,6 +176,34 @@ class ComposedRun:
                 return self._if(part, before, role, failed)
             case Par():
                 return self._par(part, before, role, failed)
+            case Fallback(parts=parts):
+                return self._in_turn(parts, before, (role,) * len(parts), failed)
+            case RetriedPart(part=one, retry=retry):
+                again: list[Role] = ["retry"] * retry
+                return self._in_turn((one,) * (retry + 1), before, [role, *again], failed)
+            case FailingPart():
+                # Once the goal is reached, nothing starts, and nothing fails.
+                done = {state: weight for state, weight in before.items() if self._is_over(state)}
+                _add(failed, {state: weight for state, weight in before.items() if state not in done})
+                return done
+
+    def _in_turn(
+        self, parts: Sequence[Part], before: Weights, roles: Sequence[Role], failed: Weights
+    ) -> Weights:
+        """Run parts, each where the one before has failed."""
+        done: Weights = {}
+        outer = self._may_go_on
+        for number, (part, role) in enumerate(zip(parts, roles, strict=True), 1):
+            lost: Weights = {}
+            self._may_go_on = outer or number < len(parts)
+            _add(done, self._part(part, before, role, lost))
+            self._may_go_on = outer
+            if lost and any(isinstance(one, Par) for one in walk_parts(part)):
+                # The probability of a failure of a `par` is not known, so neither is that of what follows.
+                self.is_exact = self.is_success_known = False
+            before = lost
+        _add(failed, before)
+        return done
 
     def _if(self, part: If[Step], before: Weights, role: Role, failed: Weights) -> Weights:
         holds = self._conditions.setdefault(id(part), self._condition(part))
@@ -193,23 +223,28 @@ class ComposedRun:
     def _par(self, part: Par[Step], before: Weights, role: Role, failed: Weights) -> Weights:
         done: Weights = {}
         for state, weight in before.items():
-            outer, alone = self._through, []
+            outer, alone = (self._through, self._starts), []
             for branch in part.branches:
-                self._through, lost = {state}, dict[State, Weight]()
+                self._through, self._starts, lost = {state}, set(), dict[State, Weight]()
                 ends = self._part(branch, {state: weight}, role, lost)
-                alone.append(({*self._through, *ends, *lost}, lost, ends))
-            self._through = outer
+                visited = {*self._through, *ends, *lost}
+                # Where a step starts that changes something, the branch may have come to its end, or not.
+                ended = ends.keys() - (self._starts if len(visited) > 1 else set())
+                alone.append((visited, lost, ended))
+            self._through, self._starts = outer
             if any(lost for _, lost, _ in alone):
                 self.is_exact = False
             points = [sorted(visited, key=repr) for visited, _, _ in alone]
             together = {combined: _merged(state, combined) for combined in product(*points)}
             for merged in together.values():
                 self._pass(merged)
-            if any(
-                self._is_over(merged)
-                and not all(one in ends for one, (*_, ends) in zip(combined, alone, strict=True))
+            underway = {
+                merged
                 for combined, merged in together.items()
-            ):
+                if not all(one in ended for one, (*_, ended) in zip(combined, alone, strict=True))
+            }
+            self._starts |= underway
+            if any(map(self._is_over, underway)):
                 # Where the goal is reached on the way, each branch may stop at any point, or go on.
                 self.is_exact = self.is_success_known = False
                 _add(done, dict.fromkeys(together.values(), NOTHING))
@@ -232,7 +267,7 @@ class ComposedRun:
             failing = self._try(
                 step, before, role if number == 0 else "retry", done, lost if number else failed
             )
-            if step.last_handler is not None:
+            if step.last_handler is not None or self._may_go_on:
                 # The agent's memory may leave out the tries that are left.
                 _add(lost, dict.fromkeys(failing, NOTHING))
             before = failing
@@ -259,6 +294,8 @@ class ComposedRun:
                 _add(done, {state: weight})
             elif not able:
                 _add(unable, {state: weight})
+            if able:
+                self._starts.add(state)
             for one in able if not self._is_over(state) else ():
                 for after, outcome, share in one.after(state):
                     self._pass(after)

@@ -60,7 +60,7 @@ class Handler:
 
 @dataclass(frozen=True)
 class Part:
-    """One node of a composition graph: `seq`, `par`, `if` with `then`, or a step with its `skill`.
+    """One node of a composition graph: `seq`, `par`, `any`, `tolerate`, `if`, `check`, or a step's `skill`.
 
     Attributes:
         span: its place in the file.
@@ -73,6 +73,21 @@ class Part:
     )
     par: tuple[Part, ...] | None = field(
         default=None, metadata={"doc": "parts that run in parallel; this part succeeds when all of them have"}
+    )
+    any: tuple[Part, ...] | None = field(
+        default=None,
+        metadata={
+            "doc": "alternatives: each runs only after the previous one has failed; this part succeeds with "
+            "the first that does"
+        },
+    )
+    tolerate: Part | None = field(
+        default=None,
+        metadata={"doc": "a part that may fail: then this part has succeeded nevertheless"},
+    )
+    check: ExpressionField | None = field(
+        default=None,
+        metadata={"doc": "a condition on the state; this part fails if it does not hold"},
     )
     if_: ExpressionField | None = field(
         default=None, metadata={"doc": "a condition on the state, as in `if: object_detected`"}
@@ -98,9 +113,11 @@ class Part:
         default=MappingField(),
         metadata={"doc": "its inputs, as in `inputs: {force: 8 N, width: {from: measure.width}}`"},
     )
-    retry: Retry | None = field(default=None, metadata={"doc": "how many times a failed step is retried"})
+    retry: Retry | None = field(
+        default=None, metadata={"doc": "how many times this part is retried after it has failed"}
+    )
     between_tries: Reference | None = field(
-        default=None, metadata={"doc": "the handler or skill that runs between two tries"}
+        default=None, metadata={"doc": "the handler or skill that runs between two tries of a step"}
     )
     on_failure: Reference | None = field(
         default=None,

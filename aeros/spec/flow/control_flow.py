@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -16,13 +16,15 @@ STOPPED: Final = "stopped"
 
 FAILURE: Final = "failure"
 LAST_FAILURE: Final = "last failure"
+NO_TRY_LEFT: Final = "no try is left"
 
 
 def control_flow_graph(composition: Composition) -> nx.DiGraph[str]:
     """Build the control-flow graph of a composition; an edge's `on` says when it is followed.
 
     Nodes: `start`, `done` and `stopped`; each step by `step/NAME`, handler by `handler/NAME`,
-    condition by `if/TEXT@NUMBER`, and the two ends of a `par` by `fork@NUMBER` and `join@NUMBER`.
+    condition by `if/TEXT@NUMBER`, the two ends of a `par` by `fork@NUMBER` and `join@NUMBER`, the beginning
+    of a part that is retried by `tries@NUMBER`, and a tolerated failure by `tolerated@NUMBER`.
 
     Args:
         composition: the composition.
@@ -36,9 +38,13 @@ def control_flow_graph(composition: Composition) -> nx.DiGraph[str]:
     graph.add_nodes_from((START, DONE, STOPPED))
     for name, handler in composition.handlers.items():
         graph.add_node(f"handler/{name}", part=handler)
-        _add_failure(graph, handler, f"handler/{name}")
-    for node, on in _add(graph, composition.body, [(START, "")]):
+    lost: _DanglingEdges = []
+    for name, handler in composition.handlers.items():
+        lost += _add_failure(graph, handler, f"handler/{name}")
+    for node, on in _add(graph, composition.body, [(START, "")], lost):
         graph.add_edge(node, DONE, on=on)
+    for node, on in lost:
+        graph.add_edge(node, STOPPED, on=on)
     return graph
 
 
@@ -46,28 +52,61 @@ _DanglingEdges = list[tuple[str, str]]
 """Nodes that lack an edge to the next node, and the condition of that edge."""
 
 
-def _add(graph: nx.DiGraph[str], part: Part, loose: _DanglingEdges) -> _DanglingEdges:
+def _add(graph: nx.DiGraph[str], part: Part, loose: _DanglingEdges, lost: _DanglingEdges) -> _DanglingEdges:
+    """Add a part after `loose`; add the edges of its failures to `lost` and return those of its success."""
     match part:
         case Step(id=name):
             node = f"step/{name}"
             _connect(graph, node, part, loose)
-            _add_failure(graph, part, node)
+            lost += _add_failure(graph, part, node)
             return [(node, "success")]
         case Seq(parts=parts):
             for inner in parts:
-                loose = _add(graph, inner, loose)
+                loose = _add(graph, inner, loose, lost)
             return loose
         case Par(branches=branches):
             fork, join = f"fork@{len(graph)}", f"join@{len(graph)}"
             _connect(graph, fork, part, loose)
-            ends = [end for branch in branches for end in _add(graph, branch, [(fork, "")])]
+            ends = [end for branch in branches for end in _add(graph, branch, [(fork, "")], lost)]
             _connect(graph, join, part, ends)
             return [(join, "")]
         case If(text=text, then=then, otherwise=otherwise):
             node = f"if/{text}@{len(graph)}"
             _connect(graph, node, part, loose)
-            then_ends = _add(graph, then, [(node, "then")])
-            return then_ends if otherwise is None else then_ends + _add(graph, otherwise, [(node, "else")])
+            ends = _add(graph, then, [(node, "then")], lost)
+            return ends if otherwise is None else ends + _add(graph, otherwise, [(node, "else")], lost)
+        case Fallback(parts=parts):
+            return _add_fallback(graph, parts, loose, lost)
+        case RetriedPart(part=inner):
+            node = f"tries@{len(graph)}"
+            _connect(graph, node, part, loose)
+            failed: _DanglingEdges = []
+            ends = _add(graph, inner, [(node, "")], failed)
+            for before, on in failed:
+                graph.add_edge(before, node, on=on)
+            lost.append((node, NO_TRY_LEFT))
+            return ends
+        case FailingPart():
+            lost += loose
+            return []
+
+
+def _add_fallback(
+    graph: nx.DiGraph[str], parts: tuple[Part, ...], loose: _DanglingEdges, lost: _DanglingEdges
+) -> _DanglingEdges:
+    """Add alternatives, each after the failures of the one before."""
+    ends: _DanglingEdges = []
+    for part in parts:
+        if part == Seq(()) and loose:
+            # Success and failure of a step would be one edge.
+            node = f"tolerated@{len(graph)}"
+            _connect(graph, node, part, loose)
+            loose = [(node, "")]
+        failed: _DanglingEdges = []
+        ends += _add(graph, part, loose, failed)
+        loose = failed
+    lost += loose
+    return ends
 
 
 def _connect(graph: nx.DiGraph[str], node: str, part: Part, loose: _DanglingEdges) -> None:
@@ -76,15 +115,15 @@ def _connect(graph: nx.DiGraph[str], node: str, part: Part, loose: _DanglingEdge
         graph.add_edge(before, node, on=on)
 
 
-def _add_failure(graph: nx.DiGraph[str], step: Step, node: str) -> None:
-    """Add the edges of a failed step: to the handler between two tries and back, and to the end."""
-    if step.last_handler is None:
-        graph.add_edge(node, STOPPED, on=FAILURE)
-    else:
+def _add_failure(graph: nx.DiGraph[str], step: Step, node: str) -> _DanglingEdges:
+    """Add the edges of a failed step to its handlers and back; return those of its failure."""
+    lost = [(node, FAILURE)]
+    if step.last_handler is not None:
         graph.add_edge(node, f"handler/{step.last_handler}", on=LAST_FAILURE)
-        graph.add_edge(f"handler/{step.last_handler}", STOPPED, on="")
+        lost = [(f"handler/{step.last_handler}", "")]
     if step.between_tries is not None:
         graph.add_edge(node, f"handler/{step.between_tries}", on=FAILURE)
         graph.add_edge(f"handler/{step.between_tries}", node, on="success")
     elif step.retry:
         graph.add_edge(node, node, on=FAILURE)
+    return lost

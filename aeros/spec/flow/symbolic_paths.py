@@ -14,7 +14,8 @@ decided on is kept as `human_distance@1`, so that a path that was never possible
 
 Each branch of a `par` is explored by itself.  Where no branch writes what another reads or writes, which is a
 claim of its own, the interleaving changes nothing for a branch.  The part after the `par` is reached when all
-branches have succeeded.  While another branch may run a skill, only predicates are known.
+branches have succeeded.  While another branch may run a skill, only predicates are known.  Where a branch
+fails, the others are stopped anywhere: all that their steps may set is forgotten.
 """
 
 from __future__ import annotations
@@ -29,10 +30,10 @@ from aeros.spec.expr.effects import Increment
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.types import BoolType, EnumType, IntegerType
 from aeros.spec.flow.arguments import effect_term
-from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.model.composition import Composition, Part, Step, handlers_of
 from aeros.spec.model.ecm import Outcome, Skill
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of
 from aeros.spec.model.task_parameters import is_parameter
 from aeros.spec.model.variables import Declared
 
@@ -131,20 +132,68 @@ class PathExploration:
                 return self._par(part, before, failed)
             case If():
                 return self._if(part, before, failed)
+            case Fallback():
+                return self._fallback(part, before, failed)
+            case RetriedPart():
+                return self._retried(part, before, failed)
+            case FailingPart():
+                _merge(failed, before)
+                return {}
+
+    def _fallback(
+        self, part: Fallback[Step], before: SymbolicStates, failed: SymbolicStates
+    ) -> SymbolicStates:
+        done: SymbolicStates = {}
+        for one in part.parts:
+            lost: SymbolicStates = {}
+            _merge(done, self.execute(one, before, lost))
+            before = lost
+        _merge(failed, before)
+        return done
+
+    def _retried(
+        self, part: RetriedPart[Step], before: SymbolicStates, failed: SymbolicStates
+    ) -> SymbolicStates:
+        done: SymbolicStates = {}
+        for _ in range(part.retry + 1):
+            lost: SymbolicStates = {}
+            _merge(done, self.execute(part.part, before, lost))
+            if lost.keys() == before.keys():
+                break  # each further try begins and ends as this one
+            before = lost
+        _merge(failed, lost)
+        return done
 
     def _par(self, part: Par[Step], before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
         kept: SymbolicStates = {}
         for situation, trace in before.items():
             kept.setdefault(self._forget_measurements(situation), trace)
         self._depth += 1
-        for branch in part.branches:
-            self.execute(branch, kept, failed)
+        written = [self._writes(branch) for branch in part.branches]
+        for number, branch in enumerate(part.branches):
+            lost: SymbolicStates = {}
+            self.execute(branch, kept, lost)
+            others = frozenset().union(*written[:number], *written[number + 1 :])
+            for situation, trace in lost.items():
+                failed.setdefault(self._forget_measurements(situation, others), trace)
         was_recording, self._is_recording = self._is_recording, False
         for branch in part.branches:
-            kept = self.execute(branch, kept, failed)
+            kept = self.execute(branch, kept, {})
         self._is_recording = was_recording
         self._depth -= 1
         return kept
+
+    def _writes(self, branch: Part) -> frozenset[str]:
+        """Names of all that the steps of a branch, their handlers included, may set or disturb."""
+        steps = [run for one in steps_of(branch) for run in (one, *handlers_of(one, self.handlers))]
+        skills = [self.skills[name] for step in steps for name in step.runs]
+        outcomes = [one for skill in skills for one in skill.outcomes.values()]
+        ranged = (bound.variable for one in outcomes for bound in one.ranges)
+        return frozenset(ranged).union(
+            *(one.effects for one in outcomes),
+            *(one.consequences for one in outcomes),
+            *(skill.disturbed for skill in skills),
+        )
 
     def _if(self, part: If[Step], before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
         if self._is_recording:

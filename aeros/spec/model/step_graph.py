@@ -1,6 +1,6 @@
 """Generic graphs of steps, and walks over them.
 
-Σ ::= step | Σ ; Σ | Σ ∥ Σ | if c then Σ else Σ
+Σ ::= step | Σ ; Σ | Σ ∥ Σ | if c then Σ else Σ | Σ or else Σ | again Σ | fail
 """
 
 from __future__ import annotations
@@ -70,6 +70,58 @@ class If(Generic[S]):
 
 
 @dataclass(frozen=True, slots=True)
+class Fallback(Generic[S]):
+    """Alternatives: each runs only after the previous one has failed; the first that succeeds ends it.
+
+    It fails if the last one does. A tolerated failure is a fallback to an empty `Seq`.
+
+    Attributes:
+        parts: the alternatives in the order in which they are tried.
+        span: place in the manifest.
+    """
+
+    parts: tuple[Part[S], ...]
+    span: SourceSpan
+
+    def __str__(self) -> str:
+        return f"({' or else '.join(map(str, self.parts))})"
+
+
+@dataclass(frozen=True, slots=True)
+class RetriedPart(Generic[S]):
+    """Part that runs again from its beginning after it has failed, as long as tries are left.
+
+    Attributes:
+        part: the part.
+        retry: number of further tries after a failure, at least 1.
+        span: place in the manifest.
+    """
+
+    part: Part[S]
+    retry: int
+    span: SourceSpan
+
+    def __str__(self) -> str:
+        return f"({self.part}, at most {self.retry + 1} tries)"
+
+
+@dataclass(frozen=True, slots=True)
+class FailingPart:
+    """Part that does nothing and fails.
+
+    Attributes:
+        text: source text of the condition that is not met.
+        span: place in the manifest.
+    """
+
+    text: str
+    span: SourceSpan
+
+    def __str__(self) -> str:
+        return "fail"
+
+
+@dataclass(frozen=True, slots=True)
 class NestedIf(If[S]):
     """Choice of another composition, which stands here as a whole.
 
@@ -80,7 +132,7 @@ class NestedIf(If[S]):
     is_precondition: bool = False
 
 
-Part: TypeAlias = Seq[S] | Par[S] | If[S] | S
+Part: TypeAlias = Seq[S] | Par[S] | If[S] | Fallback[S] | RetriedPart[S] | FailingPart | S
 
 
 def walk_parts(part: Part[S]) -> Iterator[Part[S]]:
@@ -107,10 +159,12 @@ def children_of(part: Part[S]) -> tuple[Part[S], ...]:
         Its parts, in the order written; none for a step.
     """
     match part:
-        case Seq(parts=inner) | Par(branches=inner):
+        case Seq(parts=inner) | Par(branches=inner) | Fallback(parts=inner):
             return inner
         case If(then=then, otherwise=otherwise):
             return (then,) if otherwise is None else (then, otherwise)
+        case RetriedPart(part=inner):
+            return (inner,)
         case _:
             return ()
 
@@ -125,7 +179,7 @@ def steps_of(part: Part[S]) -> Iterator[S]:
         The steps, in the order written.
     """
     for inner in walk_parts(part):
-        if not isinstance(inner, Seq | Par | If):
+        if not isinstance(inner, Seq | Par | If | Fallback | RetriedPart | FailingPart):
             yield inner
 
 
@@ -144,6 +198,12 @@ def map_graph_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
             return Seq(tuple(map_graph_steps(child, become) for child in inner))
         case Par(branches=inner, span=span):
             return Par(tuple(map_graph_steps(child, become) for child in inner), span)
+        case Fallback(parts=inner, span=span):
+            return Fallback(tuple(map_graph_steps(child, become) for child in inner), span)
+        case RetriedPart(part=inner, retry=retry, span=span):
+            return RetriedPart(map_graph_steps(inner, become), retry, span)
+        case FailingPart():
+            return part
         case If() as choice:
             other = None if choice.otherwise is None else map_graph_steps(choice.otherwise, become)
             then = map_graph_steps(choice.then, become)
@@ -183,6 +243,10 @@ def _map_choices(part: Part[S], become: Callable[[If[S]], If[S]]) -> Part[S]:
             return Seq(tuple(_map_choices(one, become) for one in inner))
         case Par(branches=inner, span=span):
             return Par(tuple(_map_choices(one, become) for one in inner), span)
+        case Fallback(parts=inner, span=span):
+            return Fallback(tuple(_map_choices(one, become) for one in inner), span)
+        case RetriedPart(part=inner, retry=retry, span=span):
+            return RetriedPart(_map_choices(inner, become), retry, span)
         case If(then=then, otherwise=otherwise):
             other = None if otherwise is None else _map_choices(otherwise, become)
             return become(replace(part, then=_map_choices(then, become), otherwise=other))

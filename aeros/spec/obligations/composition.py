@@ -30,11 +30,11 @@ from aeros.spec.flow.symbolic_paths import (
     fold_constants,
     split_conjunction,
 )
-from aeros.spec.model.composition import Composition, Step, handler_cycle
+from aeros.spec.model.composition import Composition, Part, Step, handler_cycle
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.hold_conditions import HOLD_LOST
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, NestedIf, steps_of, walk_parts
+from aeros.spec.model.step_graph import Fallback, If, NestedIf, RetriedPart, steps_of, walk_parts
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.data_flow import data_obligations
@@ -82,12 +82,13 @@ def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Stati
 
 
 def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> Iterator[StaticClaim]:
+    goes_on = {id(step) for step in _steps_that_may_fail(composition.body)}
     for step in steps_of(composition.body):
         failures: list[str] = []
         for skill in (skills[name] for name in step.runs):
             failures += [one.id for one in skill.outcomes.values() if one.failure and one.probability != 0]
             failures += [] if skill.hold_condition is None else [HOLD_LOST]
-        handled = not failures or step.retry > 0 or step.on_failure is not None
+        handled = not failures or step.retry > 0 or step.on_failure is not None or id(step) in goes_on
         yield StaticClaim(
             ClaimForm.STEP_FAILURE_HANDLED(composition.id, step.id),
             None
@@ -96,9 +97,22 @@ def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> 
                 "AE854",
                 f"`{step.id}` may fail, and the composition does not say how to continue",
                 SpanLabel(step.span, "may end as " + ", ".join(f"`{name}`" for name in failures)),
-                help=("add `on_failure: stop`, or `retry` with a handler under `between_tries`",),
+                help=(
+                    "add `on_failure: stop`, or `retry` with a handler under `between_tries`, or put it into "
+                    "`any` or `tolerate`",
+                ),
             ),
         )
+
+
+def _steps_that_may_fail(part: Part) -> Iterator[Step]:
+    """Yield the steps whose failure leads to another alternative, or to another try of a part."""
+    for inner in walk_parts(part):
+        if isinstance(inner, RetriedPart):
+            yield from steps_of(inner.part)
+        elif isinstance(inner, Fallback):
+            for alternative in inner.parts[:-1]:
+                yield from steps_of(alternative)
 
 
 def _cycle(composition: Composition, cycle: list[str]) -> Diagnostic:

@@ -10,7 +10,7 @@ from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr.units import Unit, format_number, to_unit
 from aeros.spec.model.composition import Composition, OutputReference, Part, Step
 from aeros.spec.model.ecm import Skill
-from aeros.spec.model.step_graph import If, Par, Seq, steps_of
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
@@ -72,6 +72,14 @@ def _steps_succeeded(
             return (
                 after if otherwise is None else after & _steps_succeeded(otherwise, before, succeeded_before)
             )
+        case Fallback(parts=parts):
+            # All of them are walked; an alternative that always fails is among them, which says no more.
+            ways = [_steps_succeeded(inner, before, succeeded_before) for inner in parts]
+            return frozenset.intersection(*ways)
+        case RetriedPart(part=inner):
+            return _steps_succeeded(inner, before, succeeded_before)
+        case FailingPart():
+            return before
 
 
 def _output_unavailable(step: Step, flow: OutputReference, steps: Mapping[str, Step]) -> Diagnostic:
@@ -80,7 +88,7 @@ def _output_unavailable(step: Step, flow: OutputReference, steps: Mapping[str, S
         f"`{step.id}` takes an output of `{flow.step}`, which may not have run before it",
         SpanLabel(flow.span, "taken here"),
         (SpanLabel(steps[flow.step].span, "does not always come first"),),
-        help=(f"put `{flow.step}` before `{step.id}` in a `seq`, outside any `if`",),
+        help=(f"put `{flow.step}` before `{step.id}` in a `seq`, outside `if`, `any` and `tolerate`",),
     )
 
 

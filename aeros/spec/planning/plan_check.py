@@ -15,7 +15,7 @@ from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment
-from aeros.spec.model.step_graph import If, Part, Seq, steps_of
+from aeros.spec.model.step_graph import If, Par, Part, Seq, steps_of
 from aeros.spec.planning.domain import GroundSkill, PartialCondition
 from aeros.spec.planning.pddl import action_name
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
@@ -111,8 +111,10 @@ class _PlanSimulation:
                 return there | self._if(part, pending)
             case PlannedStep():
                 return there | self._step(part, pending)
-            case _:
+            case Par():
                 raise _PlanProblemError(["parallel branches cannot be checked"])
+            case _:
+                raise _PlanProblemError(["alternatives and tries of a part cannot be checked"])
 
     def _if(self, part: If[PlannedStep], states: States) -> States:
         condition = self._condition(part.condition)

@@ -17,7 +17,7 @@ from aeros.spec.expr.types import BOOL, IntegerType
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, Task, TaskInvariant
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
 from tests.unit.agent import dumplings
 from tests.unit.agent.dumplings import SPAN, rule, skill
 
@@ -202,12 +202,20 @@ def _part(drawn: Random, side: str, handlers: Sequence[str], depth: int) -> Part
     one = _step(drawn, f"{side}_{drawn.randint(0, 2)}", handlers)
     if not depth:
         return one
-    match drawn.choice(["step", "seq", "if"]):
+    text = (_FLAGS if side == "left" else _OTHER_FLAGS)[0]
+    match drawn.choice(["step", "seq", "if", "if", "any", "tolerate", "again", "check"]):
         case "seq":
             return Seq(tuple(_part(drawn, side, handlers, depth - 1) for _ in range(2)))
         case "if":
-            text = (_FLAGS if side == "left" else _OTHER_FLAGS)[0]
             other = drawn.choice([None, _part(drawn, side, handlers, depth - 1)])
             return If(term(text), text, one, other, SPAN)
+        case "any":
+            return Fallback((_part(drawn, side, handlers, depth - 1), one), SPAN)
+        case "tolerate":
+            return Fallback((_part(drawn, side, handlers, depth - 1), Seq(())), SPAN)
+        case "again":
+            return RetriedPart(_part(drawn, side, handlers, depth - 1), 1, SPAN)
+        case "check":
+            return Seq((one, If(term(text), text, Seq(()), FailingPart(text, SPAN), SPAN)))
         case _:
             return one

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from itertools import count
+from itertools import count, groupby
 from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -29,7 +29,7 @@ from aeros.runtime.ports import AuditEvent, EndedStep, StepHandle, StepRequest, 
 from aeros.spec.migrations.formats import CHECKPOINT
 from aeros.spec.migrations.rewriting import rewrite
 from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import Fallback, If, Par, RetriedPart, Seq
 from tests.unit.agent.dumplings import (
     DUMPLING,
     MAKE_DUMPLINGS,
@@ -327,6 +327,25 @@ def test_branches_and_conditions_are_resumed_where_they_were(tmp_path: Path) -> 
     for runtime, report in at_every_instant(tmp_path, lambda dying: Mortal(dying, modules), plan):
         assert report.reached
         assert sorted(runtime.done) == ["boil", "dough", "filling", "recover", "wrap"]
+
+
+def test_alternatives_and_tries_are_resumed_where_they_were(tmp_path: Path) -> None:
+    turn, press = (
+        skill(name, outcome("aligned", {"wrapper_aligned": True}), outcome("askew", {}, failure=True))
+        for name in ("turn", "press")
+    )
+    modules = {"dumpling": module("dumpling", (*DUMPLING.skills.values(), turn, press), MAKE_DUMPLINGS)}
+    either = Fallback((do("turn"), RetriedPart(do("press"), 1, SPAN)), SPAN)
+    plan = Given(do("prepare"), either, do("wrap"), do("boil"))
+
+    def make(dying: float) -> Mortal:
+        return Mortal(dying, modules, endings={"turn": ["askew"], "press": ["askew"]})
+
+    for runtime, report in at_every_instant(tmp_path, make, plan):
+        assert report.reached
+        # A try that failed as the agent died may be made again; an alternative that was left may not.
+        order = [name for name, _ in groupby(runtime.done)]
+        assert order in (["prepare", "turn", "press", "wrap", "boil"], ["prepare", "turn", "wrap", "boil"])
 
 
 def test_a_recovery_skill_between_two_tries_is_not_run_again(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from aeros.spec.closed_loop.symbolic.skill_branches import SymbolicSkill
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, negate
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
 
 _DONE: Final = Place("inside", number=-1)
 _FAILED: Final = Place("inside", number=-2)
@@ -50,6 +50,7 @@ class CompositionPlaces:
         self._goal = goal
         self._add = add
         self._find_skill = find_skill
+        self._may_go_on = False
 
     def entry(self, done: Place, failed: Place) -> Place:
         """Add all places.
@@ -78,6 +79,21 @@ class CompositionPlaces:
                 return self._if(part, done, failed)
             case Par():
                 return self._par(part, done, failed)
+            case Fallback(parts=parts):
+                return self._in_turn(parts, done, failed)
+            case RetriedPart(part=one, retry=retry):
+                return self._in_turn((one,) * (retry + 1), done, failed)
+            case FailingPart():
+                return self._add(step(self._goal, done), step(negate(self._goal), failed))
+
+    def _in_turn(self, parts: Sequence[Part], done: Place, failed: Place) -> Place:
+        """Add the places of parts, each of which begins where the one before has failed."""
+        outer = self._may_go_on
+        for one in reversed(parts):
+            failed = self._part(one, done, failed)
+            self._may_go_on = True
+        self._may_go_on = outer
+        return failed
 
     def _if(self, part: If[Step], done: Place, failed: Place) -> Place:
         condition, open_ = lower(part.condition), negate(self._goal)
@@ -106,7 +122,7 @@ class CompositionPlaces:
 
     def _failing(self, after: Place, lost: Place | None, one: Step) -> Place:
         """Add the place after a failed try, where the agent's memory may leave out those that are left."""
-        if lost is None or one.last_handler is None:
+        if lost is None or (one.last_handler is None and not self._may_go_on):
             return after
         given_up = ProgramBranch(t.TRUE, (End(t.TRUE, lost),), is_likely=False)
         return self._add(Move(t.TRUE, (ProgramBranch(t.TRUE, (End(t.TRUE, after),)), given_up)))
@@ -141,6 +157,7 @@ class CompositionPlaces:
         for branch in part.branches:
             alone = _PlacesOfBranch()
             maker = CompositionPlaces(self._composition, self._goal, alone.add, self._find_skill)
+            maker._may_go_on = self._may_go_on
             entries.append(maker._part(branch, _DONE, _FAILED))
             graphs.append(alone.moves)
         return self._combine(graphs, tuple(entries), done, failed)

@@ -23,11 +23,13 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step, nested
 from aeros.spec.model.ecm import Skill
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, Par, Seq, steps_of
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of
 from aeros.spec.text.fields import ChoiceField, ExpressionField, IntegerField, MappingField, TextField
 
 _OWN_ID: Final = "give this one an `id` of its own"
-_STEP_FIELDS = ("id", "inputs", "retry", "between_tries", "on_failure")
+_FORMS: Final = ("seq", "par", "any", "tolerate", "if", "check", "skill")
+_FIELD_OF: Final = {"if": "if_"}
+_STEP_FIELDS = ("id", "inputs", "between_tries", "on_failure")
 
 
 def elaborate_compositions(
@@ -146,9 +148,8 @@ class _InvocationFields:
 
 def _subparts(part: declared.Part) -> Iterator[declared.Part]:
     yield part
-    inner = [*(part.seq or ()), *(part.par or ()), *([part.then] if part.then else [])]
-    inner += [part.else_] if isinstance(part.else_, declared.Part) else []
-    for one in inner:
+    inner = [*(part.seq or ()), *(part.par or ()), *(part.any or ()), part.tolerate, part.then, part.else_]
+    for one in (one for one in inner if isinstance(one, declared.Part)):
         yield from _subparts(one)
 
 
@@ -167,6 +168,7 @@ class _Elaborator:
         self._named = {name.value: handler for name, handler in composition.handlers}
         self._steps: dict[str, TextField] = {}
         self._handlers: dict[str, Step] = {}
+        self._around = ""
 
     def composition(self, name: TextField) -> Composition | None:
         one, before = self._declared, len(self._diagnostics)
@@ -190,6 +192,10 @@ class _Elaborator:
         if one.precondition is not None:
             precondition = elaborate_expression(one.precondition, state_scope(self._site), self._diagnostics)
         body = self._part(one.do)
+        if body is not None and not any(steps_of(body)):
+            self._diagnostics.error(
+                "AE112", "a composition has at least one step", _first_line_span(one.do.span)
+            )
         if body is None or len(self._diagnostics) > before:
             return None
         span = None if one.precondition is None else one.precondition.span
@@ -216,25 +222,38 @@ class _Elaborator:
         self._handlers |= handlers
 
     def _part(self, part: declared.Part) -> Part | None:
-        forms = [
-            name
-            for name, value in (("seq", part.seq), ("par", part.par), ("if", part.if_), ("skill", part.skill))
-            if value is not None
-        ]
+        forms = [name for name in _FORMS if getattr(part, _FIELD_OF.get(name, name)) is not None]
         if len(forms) != 1:
             found = "none of them" if not forms else " and ".join(f"`{form}`" for form in forms)
+            listed = ", ".join(f"`{one}`" for one in _FORMS[:-1])
             self._report(
-                f"a part has exactly one of `seq`, `par`, `if` and `skill`; found {found}",
+                f"a part has exactly one of {listed} and `{_FORMS[-1]}`; found {found}",
                 _first_line_span(part.span),
             )
             return None
-        self._check_fields(part, forms[0])
+        for headline in _misplaced_fields(part, forms[0]):
+            self._report(headline, _first_line_span(part.span))
+        around = self._around
+        if part.retry is not None and part.skill is None:
+            self._around = "the `retry` around it tries again"
+        built = self._form(part)
+        self._around = around
+        if part.skill is not None or part.retry is None or built is None:
+            return built
+        self._check_retry(part.retry)
+        return RetriedPart(built, part.retry.value, part.retry.span) if part.retry.value else built
+
+    def _form(self, part: declared.Part) -> Part | None:
+        """Build a part without its `retry`; a step has its own."""
         if part.skill is not None:
             name = part.id or part.skill
             run = _InvocationFields(
                 part.skill, part.inputs.items, part.retry, part.between_tries, part.on_failure
             )
             composition = self._sole_composition(run)
+            if self._around and part.on_failure is not None and part.on_failure.value == STOP_ON_FAILURE:
+                headline = f"`{name.value}` cannot stop the composition: {self._around} after its failure"
+                self._report(headline, part.on_failure.span)
             if composition is not None:
                 body, handlers = nested(name.value, composition, part.skill.span)
                 self._register_nested(name, [step.id for step in steps_of(body)], handlers)
@@ -242,23 +261,43 @@ class _Elaborator:
             return self._step(name.value, run, part.skill.span)
         if part.if_ is not None:
             return self._if(part, part.if_)
-        inner = part.seq if part.seq is not None else part.par or ()
-        least = 1 if part.seq is not None else 2
-        if len(inner) < least:
-            needed = "a `seq` has at least one part" if least == 1 else "a `par` has at least two branches"
-            self._diagnostics.error("AE112", needed, _first_line_span(part.span))
-        parts = tuple(built for one in inner if (built := self._part(one)) is not None)
-        return Seq(parts) if part.seq is not None else Par(parts, _first_line_span(part.span))
+        if part.check is not None:
+            term = elaborate_expression(part.check, state_scope(self._site), self._diagnostics)
+            text, span = part.check.value, part.check.span
+            return None if term is None else If(term, text, Seq(()), FailingPart(text, span), span)
+        span = _first_line_span(part.span)
+        if part.tolerate is not None:
+            tolerated = self._part_that_may_fail(part.tolerate, "the `tolerate` around it goes on")
+            return None if tolerated is None else Fallback((tolerated, Seq(())), span)
+        inner = part.seq or part.par or part.any or ()
+        if len(inner) < (1 if part.seq is not None else 2):
+            needed = "a `par` has at least two branches"
+            if part.seq is not None:
+                needed = "a `seq` has at least one part"
+            elif part.any is not None:
+                needed = "an `any` has at least two alternatives"
+            self._diagnostics.error("AE112", needed, span)
+        again = [part.any is not None and number < len(inner) for number in range(1, len(inner) + 1)]
+        built = [
+            self._part_that_may_fail(one, "the `any` around it goes on") if goes_on else self._part(one)
+            for one, goes_on in zip(inner, again, strict=True)
+        ]
+        parts = tuple(one for one in built if one is not None)
+        if part.seq is not None:
+            return Seq(parts)
+        if part.any is not None:
+            return Fallback(parts, span)
+        for one in parts:
+            if not any(steps_of(one)):
+                self._diagnostics.error("AE112", "a branch of a `par` has at least one step", span)
+        return Par(parts, span)
 
-    def _check_fields(self, part: declared.Part, form: str) -> None:
-        """Report fields that have no meaning in a part of this form."""
-        if form != "skill":
-            for name in _STEP_FIELDS:
-                value = getattr(part, name)
-                if value is not None and value != MappingField():
-                    self._report(f"`{name}` belongs to a step with a `skill`", _first_line_span(part.span))
-        if form != "if" and (part.then is not None or part.else_ is not None):
-            self._report("`then` and `else` belong to an `if`", _first_line_span(part.span))
+    def _part_that_may_fail(self, part: declared.Part, then: str) -> Part | None:
+        """Build a part after whose failure something follows, which `then` says."""
+        around, self._around = self._around, then
+        built = self._part(part)
+        self._around = around
+        return built
 
     def _if(self, part: declared.Part, condition: ExpressionField) -> If[Step] | None:
         term = elaborate_expression(condition, state_scope(self._site), self._diagnostics)
@@ -299,17 +338,21 @@ class _Elaborator:
         if run.on_failure is not None:
             is_stop = run.on_failure.value == STOP_ON_FAILURE
             last = STOP_ON_FAILURE if is_stop else self._handler(run.on_failure)
-        limit = self._site.limits.retries
-        if run.retry is not None and run.retry.value > limit:
-            self._diagnostics.error(
-                "AE129", f"this site allows at most {limit} retries of a step", run.retry.span
-            )
+        if run.retry is not None:
+            self._check_retry(run.retry)
         if not skills:
             return None
         (constants, flows), *_ = [self._inputs(run, skill) for skill in skills]
         retry = 0 if run.retry is None else run.retry.value
         choices = () if skills[0].id == run.skill.value else tuple(one.id for one in skills)
         return Step(name, run.skill.value, constants, flows, retry, between, last, span, choices)
+
+    def _check_retry(self, retry: IntegerField) -> None:
+        limit = self._site.limits.retries
+        if retry.value > limit:
+            self._diagnostics.error(
+                "AE129", f"this site allows at most {limit} retries of a step", retry.span
+            )
 
     def _handler(self, name: TextField) -> str:
         """Return the handler's name; a skill that is not a named handler becomes one."""
@@ -359,6 +402,16 @@ class _Elaborator:
 
     def _report(self, headline: str, at: SourceSpan) -> None:
         self._diagnostics.error("AE102", headline, at)
+
+
+def _misplaced_fields(part: declared.Part, form: str) -> Iterator[str]:
+    """Report fields that have no meaning in a part of this form."""
+    for name in _STEP_FIELDS if form != "skill" else ():
+        value = getattr(part, name)
+        if value is not None and value != MappingField():
+            yield f"`{name}` belongs to a step with a `skill`"
+    if form != "if" and (part.then is not None or part.else_ is not None):
+        yield "`then` and `else` belong to an `if`"
 
 
 def _first_line_span(span: SourceSpan) -> SourceSpan:

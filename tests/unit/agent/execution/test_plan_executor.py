@@ -17,7 +17,7 @@ from aeros.agent.planning.task_graph import Part, PlanStep, TaskGraph, verify_pl
 from aeros.runtime.ports import StepResult, StepStatus
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import Definition
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
 from tests.differential.real_loop import Forgetful
 from tests.unit.agent.dumplings import (
     FORCE,
@@ -51,6 +51,10 @@ def par(*branches: Part) -> Par[PlanStep]:
 
 def if_aligned(then: Part, otherwise: Part | None = None) -> If[PlanStep]:
     return If(term("wrapper_aligned"), "wrapper_aligned", then, otherwise, SPAN)
+
+
+def either(*parts: Part) -> Fallback[PlanStep]:
+    return Fallback(parts, SPAN)
 
 
 class Kitchen:
@@ -277,6 +281,11 @@ def _nested(depth: int) -> Part:
         (Par((step("dough"), step("filling")), None), "a Par is malformed"),  # type: ignore[arg-type]
         (if_aligned(3), "a int is not a step"),  # type: ignore[arg-type]
         (_nested(21), "nested more than 20 deep"),
+        (Fallback((), SPAN), "a Fallback is malformed"),
+        (RetriedPart(step("dough"), True, SPAN), "a RetriedPart is malformed"),
+        (RetriedPart(step("dough"), 99, SPAN), "99 retries of a part; this site allows 0 to"),
+        (FailingPart("near", None), "a FailingPart is malformed"),  # type: ignore[arg-type]
+        (either(step("dough"), step("flour")), "`kitchen` has no skill `flour`"),
         (par(step("dough"), Seq(())), "a branch of a `par` has no step"),
         (step("dough", on_failure=3), "`on_failure` is of type int"),
         (step("dough", flows={"force": "weigh"}), "`flows` does not name an output of a step"),
@@ -374,3 +383,46 @@ def test_a_handler_with_an_undeclared_ending_ends_the_step() -> None:
     end = kitchen.run(step("dough", on_failure=step("align")))
     assert end is not None
     assert end.reason.startswith("`kitchen.align` was denied")
+
+
+def test_an_alternative_runs_only_after_the_one_before_has_failed() -> None:
+    kitchen = Kitchen({"dough": ["torn", "torn"]})
+    assert kitchen.run(either(step("dough", retry=1), step("filling"), step("water")), step("align")) is None
+    assert kitchen.started == ["dough", "dough", "filling", "align"]
+    kitchen = Kitchen({"dough": ["torn"], "filling": ["out"]})
+    assert kitchen.run(either(step("dough"), step("filling")), step("align")) == PlanFailure(
+        "`kitchen.filling` failed: outcome `out`"
+    )
+    assert kitchen.started == ["dough", "filling"]
+
+
+def test_a_failure_is_tolerated_and_a_check_fails() -> None:
+    kitchen = Kitchen({"dough": ["torn"]})
+    check = if_aligned(Seq(()), FailingPart("wrapper_aligned", SPAN))
+    assert kitchen.run(either(step("dough"), Seq(())), check) == PlanFailure("`wrapper_aligned` is not met")
+    kitchen = Kitchen()
+    assert kitchen.run(either(check, step("align")), check, step("water")) is None
+    assert kitchen.started == ["align", "water"]
+
+
+def test_another_try_of_a_part_begins_anew() -> None:
+    kitchen = Kitchen({"filling": ["out", "there"]})
+    assert kitchen.run(RetriedPart(Seq((step("dough"), step("filling"))), 1, SPAN)) is None
+    assert kitchen.started == ["dough", "filling"] * 2
+    assert [one.role for one in kitchen.attempts.records] == [StepRole.STEP] * 2 + [StepRole.RETRY] * 2
+
+
+def test_no_alternative_follows_a_denial_or_an_undeclared_outcome_or_a_cancellation() -> None:
+    for ending in (StepResult(StepStatus.DENIED, "no"), StepResult(StepStatus.REFUSED, "no")):
+        kitchen = Kitchen({"dough": [ending]})
+        assert kitchen.run(either(step("dough"), step("filling"))) is not None
+        assert kitchen.started == ["dough"]
+    kitchen = Kitchen({"filling": ["out"]}, last=("dough",))
+    assert kitchen.run(par(either(step("dough"), step("water")), step("filling"))) is not None
+    assert kitchen.started == ["dough", "filling"]
+
+
+def test_an_alternative_after_a_par_starts_when_all_its_branches_have_ended() -> None:
+    kitchen = Kitchen({"filling": ["out"]}, last=("dough",))
+    assert kitchen.run(either(par(step("dough"), step("filling")), step("water"))) is None
+    assert kitchen.ended == [("filling", DONE), ("dough", CANCELLED), ("water", DONE)]

@@ -40,8 +40,8 @@ def test_a_composition_is_drawn_with_outcomes_conditions_and_handlers(
         '  n9[["done"]]\n'
         '  n10{{"stopped as failed"}}\n'
         "  n0 --> n1\n"
-        '  n1 -.->|"mistaken, after 3 tries"| n10\n'
         '  n1 -.->|"mistaken"| n8\n'
+        '  n1 -.->|"mistaken, after 3 tries"| n10\n'
         '  n1 -->|"found"| n2\n'
         "  n2 --> n3\n"
         "  n2 --> n4\n"
@@ -73,8 +73,8 @@ def test_a_composition_in_the_language_of_graphviz(capsys: pytest.CaptureFixture
         '  n9 [shape=box, peripheries=2, label="done"];\n'
         '  n10 [shape=octagon, label="stopped as failed"];\n'
         '  n0 -> n1 [label=""];\n'
-        '  n1 -> n10 [label="mistaken, after 3 tries", style=dashed];\n'
         '  n1 -> n8 [label="mistaken", style=dashed];\n'
+        '  n1 -> n10 [label="mistaken, after 3 tries", style=dashed];\n'
         '  n1 -> n2 [label="found"];\n'
         '  n2 -> n3 [label=""];\n'
         '  n2 -> n4 [label=""];\n'

@@ -9,7 +9,7 @@ from aeros.spec.closed_loop.composed_run import ComposedRun, Weights
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
 from tests.unit.agent.dumplings import PREDICATES, SPAN, outcome, skill, term
 
 NAMES = PREDICATES[:3]
@@ -117,3 +117,40 @@ def test_once_the_goal_is_reached_nothing_more_starts() -> None:
     done, failed, _ = run(Seq((step("water"), step("dough"), step("align"))), term(FILLING))
     assert shown(done) == {(False, True, False): (1, 1, 0, 0)}
     assert failed == {}
+
+
+def test_alternatives_and_tries_share_the_probability_of_failures() -> None:
+    done, failed, made = run(Fallback((step("dough"), step("align"), step("water")), SPAN))
+    quarter = Fraction(1, 4)
+    assert shown(done) == {
+        (True, False, False): (HALF, HALF, 0, 0),
+        (False, False, True): (quarter, HALF, 0, 0),
+        (False, True, False): (quarter, 3 * quarter, 0, 0),
+    }
+    assert failed == {}
+    assert made.is_exact
+    done, failed, _ = run(RetriedPart(step("dough"), 1, SPAN))
+    assert shown(done) == {(True, False, False): (3 * quarter, 3 * quarter, quarter, 0)}
+    assert shown(failed) == {(False, False, False): (quarter, quarter, quarter, 0)}
+    done, failed, _ = run(Fallback((step("dough"), Seq(())), SPAN))
+    assert sum(one.probability for one in done.values()) == 1
+    assert failed == {}
+
+
+def test_after_a_failed_par_no_probability_is_known() -> None:
+    both = Par((step("align"), step("water")), SPAN)
+    _, _, made = run(Fallback((both, step("dough")), SPAN))
+    assert not made.is_exact
+    assert not made.is_success_known
+
+
+def test_a_try_that_memory_leaves_out_leads_to_the_next_alternative() -> None:
+    wet = (False, True, False)
+    body = Fallback((Seq((step("water"), step("dough", retry=1))), step("align")), SPAN)
+    _, failed, _ = run(body)
+    assert wet in failed
+    check: Part = If(term(DOUGH), DOUGH, Seq(()), FailingPart(DOUGH, SPAN), SPAN)
+    done, failed, _ = run(Seq((check, step("dough"))))
+    assert (done, set(failed)) == ({}, {(False, False, False)})
+    done, failed, _ = run(FailingPart(DOUGH, SPAN), goal=t.TRUE)
+    assert (len(done), failed) == (1, {})

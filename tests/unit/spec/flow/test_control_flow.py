@@ -4,7 +4,7 @@ from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.control_flow import DONE, START, STOPPED, control_flow_graph
 from aeros.spec.model.composition import Composition, Part, Step, handlers_of
-from aeros.spec.model.step_graph import If, Par, Seq, steps_of
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of
 
 TEXT = Source("text", "x" * 100)
 
@@ -65,3 +65,23 @@ def test_the_handlers_of_a_step_are_those_it_leads_to() -> None:
     assert list(handlers_of(step("a", 0, last="stop"), handlers)) == []
     body: Part = Seq((step("b"), step("a")))
     assert [one.id for one in steps_of(body)] == ["b", "a"]
+
+
+def test_a_failure_leads_to_the_next_alternative() -> None:
+    span = TEXT.span(3, 4)
+    check: Part = If(t.TRUE, "c", Seq(()), FailingPart("c", span), span)
+    either = Fallback((step("a", 1, last="h"), check, step("b")), span)
+    found = edges(composition(Seq((either, step("z"))), h=step("h")))
+    assert {("step/a", "step/z", "success"), ("step/a", "handler/h", "last failure")} < found
+    assert {("handler/h", "if/c@5", ""), ("if/c@5", "step/z", "then"), ("if/c@5", "step/b", "else")} < found
+    assert {("step/b", STOPPED, "failure"), ("step/b", "step/z", "success")} < found
+    assert ("step/a", STOPPED, "failure") not in found
+
+
+def test_a_tolerated_failure_and_another_try_of_a_part_have_nodes() -> None:
+    span = TEXT.span(3, 4)
+    tolerated = Fallback((step("a"), Seq(())), span)
+    found = edges(composition(RetriedPart(Seq((tolerated, step("b"))), 2, span)))
+    assert {(START, "tries@3", ""), ("tries@3", "step/a", ""), ("tries@3", STOPPED, "no try is left")} < found
+    assert {("step/a", "tolerated@5", "failure"), ("tolerated@5", "step/b", "")} < found
+    assert {("step/b", "tries@3", "failure"), ("step/b", DONE, "success")} < found

@@ -22,7 +22,7 @@ from aeros.spec.flow.symbolic_paths import (
 )
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.ecm import Outcome, Skill
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
 from tests.unit.agent.dumplings import STATE, outcome, skill, term
 
 TEXT = Source("text", "x" * 100)
@@ -53,6 +53,10 @@ def choice(text: str, then: Part, otherwise: Part | None = None, at: int = 5) ->
 
 def par(*branches: Part) -> Par[Step]:
     return Par(branches, TEXT.span(9, 10))
+
+
+def either(*parts: Part) -> Fallback[Step]:
+    return Fallback(parts, TEXT.span(8, 9))
 
 
 def explored(body: Part, precondition: str = "true", **handlers: Step) -> PathExploration:
@@ -216,3 +220,42 @@ def test_a_conjunction_is_split_and_true_is_dropped() -> None:
     assert split_conjunction(t.And((term(WRAPPED), t.TRUE, term(COOKED)))) == {term(WRAPPED), term(COOKED)}
     assert split_conjunction(t.Or((t.TRUE, t.FALSE))) == {t.Or((t.TRUE, t.FALSE))}
     assert split_conjunction(t.TRUE) == frozenset()
+
+
+def test_an_alternative_begins_where_the_one_before_has_failed() -> None:
+    paths = explored(either(step("wrap"), step("align"), step("boil")))
+    (start,) = paths.states_at_steps["align"]
+    assert dict(start.assignment) == {ALIGNED: True}
+    assert "boil" not in paths.states_at_steps or not paths.states_at_steps["boil"]
+    ends = {frozenset(dict(one.assignment).items()) for one in paths.final_states}
+    assert ends == {frozenset({(WRAPPED, True)}), frozenset({(ALIGNED, False)})}
+
+
+def test_a_check_that_is_not_met_leads_to_the_next_alternative() -> None:
+    check: Part = choice(COOKED, Seq(()), FailingPart(COOKED, TEXT.span(5, 6)))
+    paths = explored(either(check, step("boil")))
+    (start,) = paths.states_at_steps["boil"]
+    assert start.path_condition == {t.Not(term(COOKED))}
+    assert {one.path_condition for one in paths.final_states} == {
+        frozenset({term(COOKED)}),
+        frozenset({t.Not(term(COOKED))}),
+    }
+
+
+def test_each_try_of_a_part_begins_where_the_last_one_has_failed() -> None:
+    part: Part = Seq((step("align"), step("wrap")))
+    paths = explored(RetriedPart(part, 3, TEXT.span(8, 9)))
+    assert {frozenset(one.assignment) for one in paths.states_at_steps["align"]} == {
+        frozenset(),
+        frozenset({(ALIGNED, True)}),
+    }
+
+
+def test_effects_of_other_branches_are_forgotten_after_one_has_failed() -> None:
+    both = par(step("wrap"), step("boil"))
+    paths = explored(either(both, step("look")), f"not {COOKED}")
+    (start,) = paths.states_at_steps["look"]
+    assert dict(start.assignment) == {
+        ALIGNED: True
+    }  # `boil` may have been stopped before or after its effect
+    assert {name for one in start.path_condition for name in t.variables_of(one)} == {f"{COOKED}@1"}

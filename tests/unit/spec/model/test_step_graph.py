@@ -9,10 +9,13 @@ from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
 from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
     If,
     NestedIf,
     Par,
     Part,
+    RetriedPart,
     Seq,
     as_nested,
     children_of,
@@ -38,6 +41,9 @@ GRAPHS: st.SearchStrategy[Part[str]] = st.recursive(
         st.builds(Seq, st.lists(parts, max_size=3).map(tuple))
         | st.builds(lambda inner: Par(inner, SPAN), st.lists(parts, max_size=3).map(tuple))
         | st.builds(_if, parts, st.none() | parts)
+        | st.builds(lambda inner: Fallback(inner, SPAN), st.lists(parts, min_size=1, max_size=3).map(tuple))
+        | st.builds(lambda inner, retry: RetriedPart(inner, retry, SPAN), parts, st.integers(1, 3))
+        | st.just(FailingPart("near", SPAN))
     ),
     max_leaves=12,
 )
@@ -65,6 +71,13 @@ def test_direct_parts_are_in_the_order_written() -> None:
 def test_steps_are_in_the_order_written() -> None:
     assert list(steps_of(GRAPH)) == ["a", "b", "c", "d"]
     assert list(steps_of(Seq(()))) == []
+
+
+def test_alternatives_and_tries_are_shown_and_walked() -> None:
+    either: Part[str] = Fallback(("a", RetriedPart("b", 2, SPAN), FailingPart("near", SPAN)), SPAN)
+    assert str(either) == "(a or else (b, at most 3 tries) or else fail)"
+    assert list(steps_of(either)) == ["a", "b"]
+    assert [str(one) for one in walk_parts(either)][2:] == ["(b, at most 3 tries)", "b", "fail"]
 
 
 def test_replaced_steps_keep_the_shape() -> None:

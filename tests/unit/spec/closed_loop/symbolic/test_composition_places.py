@@ -15,7 +15,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.effects import QuantityRange
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.ecm import Outcome
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
 from tests.differential.planning.number_loops import STATE, term
 from tests.unit.agent.dumplings import SPAN, module, outcome, rule, site, skill, task
 from tests.unit.spec.closed_loop.symbolic.loops_by_hand import BOIL, COOKED, WRAP, WRAPPED
@@ -57,6 +57,14 @@ def test_a_condition_without_an_alternative_fails_where_it_is_false() -> None:
     assert dict(zip(made.system.names, path.end, strict=True))[ALIGNED] is False
     other = If(term(ALIGNED), ALIGNED, Seq((one("wrap"), one("boil"))), one("align"), SPAN)
     assert composed(other).dead_end() is None
+
+
+def test_alternatives_and_tries_follow_a_failure() -> None:
+    check: Part = If(term(ALIGNED), ALIGNED, Seq(()), FailingPart(ALIGNED, SPAN), SPAN)
+    assert composed(Seq((check, one("wrap"), one("boil")))).dead_end() is not None
+    either: Part = Fallback((check, one("align")), SPAN)
+    assert composed(Seq((either, one("wrap"), one("boil")))).dead_end() is None
+    assert composed(RetriedPart(Seq((either, one("wrap"), one("boil"))), 1, SPAN)).dead_end() is None
 
 
 def test_branches_come_forward_alone() -> None:

@@ -21,7 +21,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import ForeignNames, Skill
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
 from tests.unit.spec.faults import CORPUS, TABLE
 from tests.unit.spec.text.reading import accepted
 
@@ -49,6 +49,9 @@ def _skills() -> Mapping[str, Skill]:
         assert loaded is not None
         skills |= loaded.ecm.skills
     return skills
+
+
+FORMS = "a part has exactly one of `seq`, `par`, `any`, `tolerate`, `if`, `check`"
 
 
 def _elaborated(text: str, name: str = "all") -> tuple[dict[str, Composition], list[Diagnostic]]:
@@ -157,6 +160,29 @@ def test_a_named_handler_has_its_own_inputs_and_retries() -> None:
     assert (handler.retry, handler.on_failure, handler.handlers) == (1, "stop", ())
 
 
+def test_alternatives_tolerated_failures_checks_and_tries_of_a_part() -> None:
+    body = _composed(
+        "do:\n  seq:\n"
+        "    - any: [{skill: fetch}, {check: table_tidy}, {skill: park, on_failure: stop}]\n"
+        "    - tolerate: {skill: fetch, id: again}\n"
+        "    - {retry: 2, seq: [{skill: use, inputs: {gain: 1 m}}]}\n"
+        "    - {retry: 0, seq: [{skill: park, id: last}]}\n"
+    ).body
+    assert str(body).count(" or else ") == 3
+    assert isinstance(body, Seq)
+    either, tolerated, tried, once = body.parts
+    assert isinstance(either, Fallback)
+    check = either.parts[1]
+    assert isinstance(check, If)
+    assert (check.then, check.text) == (Seq(()), "table_tidy")
+    assert isinstance(check.otherwise, FailingPart)
+    assert isinstance(tolerated, Fallback)
+    assert tolerated.parts[1] == Seq(())
+    assert isinstance(tried, RetriedPart)
+    assert (tried.retry, tried.span.text) == (2, "2")
+    assert isinstance(once, Seq)
+
+
 def test_a_failure_that_stops_needs_no_handler_and_no_retry() -> None:
     one = _composed("do: {skill: fetch, on_failure: stop}")
     assert _step(one.body).on_failure == "stop"
@@ -166,14 +192,41 @@ def test_a_failure_that_stops_needs_no_handler_and_no_retry() -> None:
 @pytest.mark.parametrize(
     ("do", "message"),
     [
-        ("{}", ("AE102", "a part has exactly one of `seq`, `par`, `if` and `skill`; found none of them")),
+        ("{}", ("AE102", f"{FORMS} and `skill`; found none of them")),
         (
             "{skill: fetch, seq: [{skill: park}]}",
-            ("AE102", "a part has exactly one of `seq`, `par`, `if` and `skill`; found `seq` and `skill`"),
+            ("AE102", f"{FORMS} and `skill`; found `seq` and `skill`"),
         ),
-        ("{seq: []}", ("AE112", "a `seq` has at least one part")),
+        ("{any: [{skill: fetch}]}", ("AE112", "an `any` has at least two alternatives")),
+        (
+            "{par: [{skill: fetch}, {check: table_tidy}]}",
+            ("AE112", "a branch of a `par` has at least one step"),
+        ),
+        ("{check: table_tidy}", ("AE112", "a composition has at least one step")),
+        (
+            "{any: [{skill: fetch, on_failure: stop}, {skill: park, on_failure: stop}]}",
+            ("AE102", "`fetch` cannot stop the composition: the `any` around it goes on after its failure"),
+        ),
+        (
+            "{tolerate: {seq: [{skill: fetch, on_failure: stop}]}}",
+            (
+                "AE102",
+                "`fetch` cannot stop the composition: the `tolerate` around it goes on after its failure",
+            ),
+        ),
+        (
+            "{retry: 1, seq: [{skill: fetch, on_failure: stop}]}",
+            (
+                "AE102",
+                "`fetch` cannot stop the composition: the `retry` around it tries again after its failure",
+            ),
+        ),
+        ("{retry: 3, seq: [{skill: fetch}]}", ("AE129", "this site allows at most 2 retries of a step")),
         ("{par: [{skill: fetch}]}", ("AE112", "a `par` has at least two branches")),
-        ("{seq: [{skill: fetch}], retry: 1}", ("AE102", "`retry` belongs to a step with a `skill`")),
+        (
+            "{seq: [{skill: fetch}], on_failure: park}",
+            ("AE102", "`on_failure` belongs to a step with a `skill`"),
+        ),
         ("{seq: [{skill: fetch}], id: one}", ("AE102", "`id` belongs to a step with a `skill`")),
         (
             "{skill: fetch, then: {skill: park}}",

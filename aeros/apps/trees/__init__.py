@@ -1,0 +1,1 @@
+"""Behaviour trees of other tools: BehaviorTree.CPP's XML to compositions, and compositions to that XML."""

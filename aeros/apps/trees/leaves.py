@@ -1,0 +1,212 @@
+"""Leaves of behaviour trees: actions as steps with inputs, conditions as expressions over the state."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from aeros.apps.trees.library import TreeLibrary
+from aeros.apps.trees.supported_nodes import FALLBACKS, INERT, SEQUENCES, leaf_name, refusal_reason
+from aeros.apps.trees.tree_xml import TreeNode
+
+STATE_CONDITION: Final = "StateCondition"
+"""ID of a condition that has its expression as the port `expression`, as `aeros export bt` writes it."""
+
+
+@dataclass(frozen=True)
+class ImportSettings:
+    """Meaning of leaves.
+
+    Attributes:
+        skills: skill that each action runs, by the action's ID; else the ID in lower case.
+        conditions: expression over the state that each condition stands for, by its ID.
+        assume_actions: take leaves that no file declares for actions.
+        ignore_ports: leave out the ports of leaves.
+    """
+
+    skills: Mapping[str, str] = field(default_factory=dict)
+    conditions: Mapping[str, str] = field(default_factory=dict)
+    assume_actions: bool = False
+    ignore_ports: bool = False
+
+
+def identifier(text: str) -> str:
+    """Write a name as manifests do.
+
+    Args:
+        text: any name, as in `OpenGripper` or `Open Gripper`.
+
+    Returns:
+        An identifier, as in `open_gripper`.
+    """
+    spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", text)
+    name = re.sub(r"[^a-z0-9]+", "_", spaced.lower()).strip("_")
+    return name if name[:1].isalpha() else f"step_{name}".rstrip("_")
+
+
+class LeafBinder:
+    """Binder of the leaves of one tree.
+
+    Args:
+        library: the trees of all files.
+        settings: meaning of the leaves.
+    """
+
+    def __init__(self, library: TreeLibrary, settings: ImportSettings) -> None:
+        self._library = library
+        self._settings = settings
+        self._ids: set[str] = set()
+        self._outputs: dict[str, str] = {}
+
+    def skill(self, node: TreeNode) -> str:
+        """Return the skill that an action runs.
+
+        Args:
+            node: the action.
+
+        Returns:
+            Its name.
+        """
+        leaf = leaf_name(node)
+        return self._settings.skills.get(leaf, identifier(leaf))
+
+    def inputs(self, node: TreeNode, step: str, given: Mapping[str, str]) -> tuple[dict[str, Any], str]:
+        """Convert the ports of an action.
+
+        Args:
+            node: the action.
+            step: id of its step.
+            given: values of the ports of the tree around it, by name.
+
+        Returns:
+            The inputs of the step, and a reason to refuse the action; empty if there is none.
+        """
+        inputs: dict[str, Any] = {}
+        outputs = self._library.output_ports.get(leaf_name(node), set())
+        ports = {key: value for key, value in node.attributes.items() if key not in INERT}
+        for port, written in ports.items() if not self._settings.ignore_ports else ():
+            value = resolve_port(written, given)
+            entry = blackboard_entry(value)
+            if port in outputs:
+                if entry is None:
+                    return (
+                        {},
+                        f"the output port `{port}` is not an entry of the blackboard, as `{{result}}` is",
+                    )
+                if entry in self._outputs:
+                    return {}, f"a second leaf writes `{value}`; give each its own entry"
+                self._outputs[entry] = f"{step}.{identifier(port)}"
+            elif entry is None:
+                inputs[identifier(port)] = value
+            elif entry in self._outputs:
+                inputs[identifier(port)] = {"from": self._outputs[entry]}
+            else:
+                return {}, (
+                    f"the port `{port}` reads `{value}`, which no leaf before it has as an output; "
+                    "write a value, or leave ports out by --ignore-ports"
+                )
+        return inputs, ""
+
+    def new_id(self, wanted: str) -> str:
+        """Return an id that no step has yet.
+
+        Args:
+            wanted: the id if none has it; else a number is added.
+
+        Returns:
+            The id.
+        """
+        name, number = wanted, 1
+        while name in self._ids:
+            number += 1
+            name = f"{wanted}_{number}"
+        self._ids.add(name)
+        return name
+
+    def kind(self, node: TreeNode) -> str:
+        """Return the kind of a leaf.
+
+        Args:
+            node: any node.
+
+        Returns:
+            `Action` or `Condition`; empty for a node that is no leaf, or of which no file says what it is.
+        """
+        leaf = leaf_name(node)
+        if node.tag in ("Action", "Condition") and leaf not in (
+            *self._settings.skills,
+            *self._settings.conditions,
+        ):
+            return node.tag
+        if node.children:
+            return ""
+        if leaf in self._settings.conditions:
+            return "Condition"
+        if leaf in self._settings.skills:
+            return "Action"
+        return self._library.leaf_kinds.get(leaf, "Action" if self._settings.assume_actions else "")
+
+    def condition(self, node: TreeNode) -> str | None:
+        """Return the expression for a node that consists of conditions alone.
+
+        Args:
+            node: any node.
+
+        Returns:
+            A condition on the state; None if an action is in it, or it is refused.
+        """
+        if refusal_reason(node):
+            return None
+        match node.tag:
+            case "AlwaysSuccess":
+                return "true"
+            case "AlwaysFailure":
+                return "false"
+            case "Inverter":
+                inner = self.condition(node.children[0])
+                return None if inner is None else f"not ({inner})"
+            case tag if tag in (*SEQUENCES, *FALLBACKS):
+                parts = [self.condition(one) for one in node.children]
+                known = [one for one in parts if one is not None]
+                word = " and " if tag in SEQUENCES else " or "
+                if len(known) < len(parts):
+                    return None
+                return known[0] if len(known) == 1 else word.join(f"({one})" for one in known)
+        if self.kind(node) != "Condition":
+            return None
+        leaf = leaf_name(node)
+        if leaf == STATE_CONDITION and leaf not in self._settings.conditions:
+            return node.attributes.get("expression")
+        ports = node.attributes.keys() - INERT
+        if ports and leaf not in self._settings.conditions and not self._settings.ignore_ports:
+            return None
+        return self._settings.conditions.get(leaf, identifier(leaf))
+
+
+def blackboard_entry(value: str) -> str | None:
+    """Return the name of the blackboard entry that a port refers to.
+
+    Args:
+        value: value of the port, as in `{goal}`.
+
+    Returns:
+        The name; None for a value.
+    """
+    found = re.fullmatch(r"\s*\{([^{}]*)\}\s*", value)
+    return found.group(1) if found else None
+
+
+def resolve_port(value: str, ports: Mapping[str, str]) -> str:
+    """Replace a reference to a port of a subtree by the value that the subtree has for it.
+
+    Args:
+        value: value of an attribute.
+        ports: values of the ports, by name.
+
+    Returns:
+        The value.
+    """
+    entry = blackboard_entry(value)
+    return value if entry is None else ports.get(entry, value)

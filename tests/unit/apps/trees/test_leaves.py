@@ -1,0 +1,55 @@
+"""Leaves: their kinds, and nodes that consist of conditions alone as expressions."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.apps.trees.leaves import ImportSettings, LeafBinder, blackboard_entry, resolve_port
+from aeros.apps.trees.library import TreeLibrary
+from aeros.apps.trees.tree_xml import TreeNode, parse_tree
+
+LIBRARY = TreeLibrary(leaf_kinds={"Look": "Action", "Near": "Condition"})
+
+
+def binder(**settings: object) -> LeafBinder:
+    return LeafBinder(LIBRARY, ImportSettings(**settings))  # type: ignore[arg-type]
+
+
+def node(text: str) -> TreeNode:
+    return parse_tree(text.encode(), "t.xml")
+
+
+def test_a_leaf_is_of_the_kind_that_is_bound_or_declared() -> None:
+    one = binder(skills={"Near": "approach"}, conditions={"Safe": "not person_near"})
+    texts = ["<Look/>", "<Near/>", "<Safe/>", "<Other/>", '<Condition ID="X"/>', "<Other><Look/></Other>"]
+    assert [one.kind(node(text)) for text in texts] == ["Action", "Action", "Condition", "", "Condition", ""]
+    assert binder(assume_actions=True).kind(node("<Other/>")) == "Action"
+
+
+@pytest.mark.parametrize(
+    ("text", "expression"),
+    [
+        ("<Near/>", "near"),
+        ("<Sequence><Near/><AlwaysSuccess/></Sequence>", "(near) and (true)"),
+        ("<Fallback><Inverter><Near/></Inverter><AlwaysFailure/></Fallback>", "(not (near)) or (false)"),
+        ('<Condition ID="StateCondition" expression="x &lt; 1 m"/>', "x < 1 m"),
+        ('<Near to="{goal}"/>', None),
+        ("<Sequence><Near/><Look/></Sequence>", None),
+        ("<Sequence _while='x'><Near/></Sequence>", None),
+    ],
+)
+def test_conditions_become_an_expression(text: str, expression: str | None) -> None:
+    assert binder().condition(node(text)) == expression
+
+
+def test_ports_refer_to_the_blackboard_or_are_values() -> None:
+    assert [blackboard_entry(one) for one in ("{goal}", " {goal} ", "goal", "{a}{b}", "1 m")] == [
+        *("goal", "goal", None, None, None)
+    ]
+    assert resolve_port("{goal}", {"goal": "home"}) == "home"
+    assert resolve_port("{goal}", {}) == "{goal}"
+
+
+def test_every_step_gets_an_id_of_its_own() -> None:
+    one = binder()
+    assert [one.new_id("a") for _ in range(3)] == ["a", "a_2", "a_3"]

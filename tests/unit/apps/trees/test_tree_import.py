@@ -1,0 +1,181 @@
+"""Behaviour trees as compositions: each node becomes a part, or is refused with its line and a reason."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from aeros.apps.trees.leaves import ImportSettings, identifier
+from aeros.apps.trees.library import collect_trees
+from aeros.apps.trees.tree_import import MAX_NODES, ImportedTree, import_tree
+from aeros.apps.trees.tree_xml import parse_tree
+
+A, B, C = ('<Action ID="OpenGripper"/>', '<Action ID="B"/>', '<Condition ID="IsHolding"/>')
+STOP = {"on_failure": "stop"}
+DO_A, DO_B = {"skill": "open_gripper"}, {"skill": "b"}
+CHECK = {"check": "is_holding"}
+
+
+def tried(body: str, settings: ImportSettings | None = None, more: str = "") -> ImportedTree:
+    text = f'<root BTCPP_format="4">\n<BehaviorTree ID="T">\n{body}\n</BehaviorTree>{more}</root>'
+    library = collect_trees([parse_tree(text.encode(), "t.xml")])
+    return import_tree(library, "T", settings or ImportSettings())
+
+
+@pytest.mark.parametrize(
+    ("body", "part"),
+    [
+        (A, DO_A | STOP),
+        (f"<Sequence>{A}{B}</Sequence>", {"seq": [DO_A | STOP, DO_B | STOP]}),
+        (f"<Sequence>{C}{B}</Sequence>", {"seq": [CHECK, DO_B | STOP]}),
+        (f"<Fallback>{A}{B}</Fallback>", {"any": [DO_A, DO_B | STOP]}),
+        (f"<Sequence><Fallback>{C}{A}</Fallback></Sequence>", {"any": [CHECK, DO_A | STOP]}),
+        (f"<ForceSuccess>{A}</ForceSuccess>", {"tolerate": DO_A}),
+        (f"<ForceFailure>{A}</ForceFailure>", {"seq": [{"tolerate": DO_A}, {"check": "false"}]}),
+        (f'<RetryUntilSuccessful num_attempts="3">{A}</RetryUntilSuccessful>', DO_A | {"retry": 2}),
+        (f'<RetryUntilSuccesful num_attempts="1">{A}</RetryUntilSuccesful>', DO_A | STOP),
+        (
+            f'<RetryUntilSuccessful num_attempts="2"><RetryUntilSuccessful num_attempts="3">{A}'
+            "</RetryUntilSuccessful></RetryUntilSuccessful>",
+            {"seq": [DO_A | {"retry": 2}], "retry": 1},
+        ),
+        (
+            f'<Repeat num_cycles="2">{A}</Repeat>',
+            {"seq": [DO_A | STOP, {"skill": "open_gripper", "id": "open_gripper_2"} | STOP]},
+        ),
+        (f"<Parallel>{C}{A}{B}</Parallel>", {"seq": [CHECK, {"par": [DO_A | STOP, DO_B | STOP]}]}),
+        (
+            f"<IfThenElse>{C}{A}{B}</IfThenElse>",
+            {"if": "is_holding", "then": DO_A | STOP, "else": DO_B | STOP},
+        ),
+        (
+            f"<IfThenElse><Inverter>{C}</Inverter>{A}</IfThenElse>",
+            {"if": "not (is_holding)", "then": DO_A | STOP, "else": {"check": "false"}},
+        ),
+        (
+            f"<Sequence><Fallback>{C}<Sequence>{C}<AlwaysSuccess/></Sequence></Fallback>{A}</Sequence>",
+            {"seq": [{"check": "(is_holding) or ((is_holding) and (true))"}, DO_A | STOP]},
+        ),
+        (
+            '<Action ID="Move" name="Move there" speed="0.2 m/s"/>',
+            {"skill": "move", "id": "move_there", "inputs": {"speed": "0.2 m/s"}} | STOP,
+        ),
+    ],
+)
+def test_a_node_becomes_a_part(body: str, part: dict[str, Any]) -> None:
+    found = tried(body)
+    assert found.refused == ()
+    assert found.part == part
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        (
+            f"<ReactiveSequence>{C}\n{A}</ReactiveSequence>",
+            "3: ReactiveSequence: it decides its children",
+        ),
+        (f"<Sequence>\n{A}<Script code='x:=1'/></Sequence>", "4: Script: scripts change a blackboard"),
+        (f"<Sequence>{A}\n<MoveTo/></Sequence>", "4: MoveTo: no file declares it; bind it by --action"),
+        (
+            f"<MyControl>{A}\n<MoveTo/></MyControl>",
+            "3: MyControl: this control node or decorator",
+        ),
+        (f"<Inverter>{A}</Inverter>", "3: Inverter: an action's success cannot be made a failure"),
+        (
+            f"<Sequence>{A}</Sequence>".replace("ce>", 'ce _skipIf="x">', 1),
+            "3: Sequence: `_skipIf` is a script",
+        ),
+        (f'<RetryUntilSuccessful num_attempts="-1">{A}</RetryUntilSuccessful>', "`num_attempts` is -1"),
+        (f'<RetryUntilSuccessful num_attempts="{{n}}">{A}</RetryUntilSuccessful>', "`num_attempts` is {n}"),
+        (f'<Repeat num_cycles="99">{A}</Repeat>', "`num_cycles` is 99"),
+        (f'<Parallel failure_count="2">{A}{B}</Parallel>', "it succeeds or fails with some of its children"),
+        (f"<Parallel>{A}{C}</Parallel>", "a condition after an action is decided while the action runs"),
+        (f"<IfThenElse>{A}{B}</IfThenElse>", "its first child is not a condition"),
+        ('<SubTree ID="Other"/>', "3: SubTree `Other`: no tree `Other` is in these files"),
+        ('<SubTree ID="T"/>', "the tree `T` runs itself"),
+        ('<Action ID="A" goal="{goal}"/>', "the port `goal` reads `{goal}`, which no leaf before it has"),
+        ("<Sequence/>", "it has 0 children; it needs 1 or more"),
+        (f"<ForceSuccess>{A}{B}</ForceSuccess>", "it has 2 children; it needs 1"),
+        (f'<Sequence hurry="yes">{A}</Sequence>', "`hurry` is not an attribute of it"),
+        (C, "2: BehaviorTree `T`: no action is in it"),
+        (
+            f'<RetryUntilSuccessful num_attempts="2"><SequenceWithMemory>{A}{B}</SequenceWithMemory>'
+            "</RetryUntilSuccessful>",
+            "it would go on at its failed child",
+        ),
+        (f"<Switch2 variable='x'>{A}{B}{A}</Switch2>", "it reads a blackboard"),
+    ],
+)
+def test_a_node_without_a_counterpart_is_refused(body: str, reason: str) -> None:
+    found = tried(body)
+    assert found.part is None
+    assert reason in "; ".join(f"{one.line}: {one.node}: {one.reason}" for one in found.refused)
+
+
+def test_leaves_are_bound_to_skills_and_expressions() -> None:
+    settings = ImportSettings({"MoveTo": "arm.move"}, {"Near": "distance < 1 m"})
+    found = tried("<Sequence><Near/><MoveTo/></Sequence>", settings)
+    assert found.part == {"seq": [{"check": "distance < 1 m"}, {"skill": "arm.move", "id": "move"} | STOP]}
+    assert tried("<MoveTo goal='{g}'/>", ImportSettings(assume_actions=True, ignore_ports=True)).part == (
+        {"skill": "move_to"} | STOP
+    )
+
+
+def test_a_subtree_is_written_out_with_its_ports() -> None:
+    sub = '<BehaviorTree ID="S"><Action ID="Move" speed="{how_fast}"/></BehaviorTree>'
+    calls = '<SubTree ID="S" how_fast="1 m/s"/>'
+    found = tried(f"<Sequence>{calls}{calls.replace('1', '2')}</Sequence>", more=sub)
+    first = {"skill": "move", "inputs": {"speed": "1 m/s"}} | STOP
+    second = {"skill": "move", "id": "move_2", "inputs": {"speed": "2 m/s"}} | STOP
+    assert found.part == {"seq": [first, second]}
+
+
+def test_a_declared_output_becomes_an_input() -> None:
+    models = '<TreeNodesModel><Action ID="Look"><output_port name="width"/></Action></TreeNodesModel>'
+    look = '<Action ID="Look" width="{w}"/>'
+    found = tried(f'<Sequence>{look}<Action ID="Grasp" by="{{w}}"/></Sequence>', more=models)
+    assert found.part == {
+        "seq": [
+            {"skill": "look"} | STOP,
+            {"skill": "grasp", "inputs": {"by": {"from": "look.width"}}} | STOP,
+        ]
+    }
+    assert "a second leaf writes `{w}`" in str(
+        tried(f"<Sequence>{look}{look}</Sequence>", more=models).refused
+    )
+    odd = tried('<Action ID="Look" width="3"/>', more=models)
+    assert "is not an entry of the blackboard" in str(odd.refused)
+
+
+def test_a_tree_that_grows_without_end_is_refused() -> None:
+    trees = "".join(
+        f'<BehaviorTree ID="S{at}"><Sequence>{f"<SubTree ID=%sS{at + 1}%s/>" % (chr(34), chr(34)) * 4}'
+        "</Sequence></BehaviorTree>"
+        for at in range(8)
+    )
+    found = tried('<SubTree ID="S0"/>', more=f'{trees}<BehaviorTree ID="S8">{A}</BehaviorTree>')
+    assert found.part is None
+    assert f"more than {MAX_NODES} nodes" in found.refused[0].reason
+    assert len(found.reports) <= MAX_NODES + 1
+
+
+def test_a_tree_that_no_plan_can_hold_is_refused() -> None:
+    wide = "".join(f'<Action ID="A{number}"/>' for number in range(101))
+    assert "101 actions with those of its subtrees" in tried(f"<Sequence>{wide}</Sequence>").refused[0].reason
+
+    def deep(levels: int) -> ImportedTree:
+        return tried(f"<Sequence>{A}<Fallback>{B}" * levels + A + "</Fallback></Sequence>" * levels)
+
+    assert deep(9).part is not None
+    assert "its parts are nested 21 deep" in deep(10).refused[0].reason
+    assert "more than 60 deep" in deep(40).refused[0].reason
+    assert deep(95).part is None
+
+
+def test_names_become_identifiers() -> None:
+    names = ["OpenGripper", "Open  Gripper!", "HTTPServer2", "2 fast", "über", "_"]
+    assert [identifier(one) for one in names] == [
+        *("open_gripper", "open_gripper", "http_server2", "step_2_fast", "ber", "step")
+    ]
