@@ -31,18 +31,35 @@ def screen_width() -> int:
 
 
 class WrappedEpilog(argparse.RawDescriptionHelpFormatter):
-    """Keeps the lines of description and epilog as they are written, but breaks those that are too wide."""
+    """Fills paragraphs of description and epilog; keeps indented lines, as of examples, but breaks wide ones."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
-        return "\n".join(one for line in text.splitlines() for one in _broken(indent + line, width))
+        return "\n".join(
+            one for line in _paragraphs(text.splitlines()) for one in _broken(indent + line, width)
+        )
+
+
+def _paragraphs(lines: Iterable[str]) -> list[str]:
+    """Join the lines of each paragraph."""
+    joined: list[str] = []
+    for line in lines:
+        is_further = line[:1].strip() and joined and joined[-1][:1].strip() and not joined[-1].endswith(":")
+        if is_further and not line.startswith("exit codes:"):
+            joined[-1] += f" {line}"
+        else:
+            joined.append(line)
+    return joined
 
 
 def _broken(line: str, width: int) -> list[str]:
-    """Break a line at spaces; what goes on below is indented further than the line."""
+    """Break a line at its column of remarks, or else at spaces; further lines are indented further."""
     if len(line) <= width:
         return [line]
     indent = " " * (len(line) - len(line.lstrip()))
     further = indent + "    " if indent else ""
+    command, *remark = re.split(r"(?<=\S) {3,}(?=\S)", line, maxsplit=1)
+    if remark:
+        return [part for half in (command, further + remark[0]) for part in _broken(half, width)]
     return wrap(line, width, subsequent_indent=further, break_long_words=False, break_on_hyphens=False)
 
 
