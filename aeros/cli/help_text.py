@@ -31,7 +31,7 @@ def screen_width() -> int:
 
 
 class WrappedEpilog(argparse.RawDescriptionHelpFormatter):
-    """Fills paragraphs of description and epilog; keeps indented lines, as of examples, but breaks wide ones."""
+    """Fills paragraphs of description and epilog; keeps indented lines, as of examples, broken where wide."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         return "\n".join(
