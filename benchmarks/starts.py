@@ -177,7 +177,7 @@ def main() -> None:
         parser.add_argument(f"--{option}", help="as of `aeros run`")
     parser.add_argument("--deviation", help="of the cell, by name (benchmarks/deviations.py)")
     arguments = parser.parse_args()
-    options = ["--no-video"]
+    options = ["--no-film"]
     for option in ("plant", "faults", "people"):
         if (given := getattr(arguments, option)) is not None:
             options += [f"--{option}", given]

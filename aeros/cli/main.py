@@ -33,6 +33,7 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "diff": ("author.diff", "compare two policies: newly allowed and newly denied actions"),
     "audit": ("records.audit", "verify, show and replay the audit log of a run"),
     "report": ("records.report", "write a finished run as one HTML page"),
+    "film": ("records.film", "make a film of a finished run"),
     "why": ("records.why", "explain why a run failed, a step was denied or the robot stopped"),
     "explain": ("author.explain", "explain a diagnostic code"),
     "graph": ("author.graph", "draw a task's planning rules, its closed loop or a composition"),

@@ -19,6 +19,7 @@ from aeros.apps.watchdog.resumable_run import delete_run_options, end_plant, end
 from aeros.apps.why.causal_chain import RunLog
 from aeros.cli.arguments import print_warning
 from aeros.cli.latest_run import save_latest_run
+from aeros.cli.records.film import write_film
 from aeros.cli.records.report import write_report
 from aeros.cli.run.help_question import help_asker
 from aeros.cli.run.planners import planning_timeout
@@ -199,8 +200,9 @@ def _failed_measurements(log: Path) -> tuple[str, ...]:
 def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> None:
     """Write the report page if requested, and print the outputs of the run."""
     arguments, out = staged.arguments, staged.out
-    if arguments.video is not None and arguments.video.exists():
-        print_line(f"video      {arguments.video}")
+    if arguments.film is not None:
+        site = staged.configuration.site
+        write_film(out, arguments.film, {site.digest: site}, {})
     if feed is not None:
         kept = f"bag        {arguments.bag}/" if arguments.mcap is None else f"mcap       {arguments.mcap}"
         print(kept + (f", {feed.lost} messages lost: {feed.trouble}" if feed.lost else ""))

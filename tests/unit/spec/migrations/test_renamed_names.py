@@ -73,11 +73,11 @@ def test_the_options_of_a_watched_run_get_their_current_names() -> None:
            "plan_within": 3.0, "person": None, "seed": 1}  # fmt: skip
     rewritten = rewrite(PurePath("run.json"), json.dumps(old), formats.RUN)
     assert json.loads(rewritten.text) == {
-        "schema": "aeros/run/2",
+        "schema": "aeros/run/3",
         "instruction": "fetch",
         "state": {"path": "/s"},
         "seed": 1,
-        "no_video": True,
+        "no_film": True,
         "planning_timeout": 3.0,
         "people": None,
     }

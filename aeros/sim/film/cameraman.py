@@ -1,0 +1,139 @@
+"""The camera of a film: it holds the whole arm and who comes near, and turns slowly around them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import atan2, cos, hypot, pi, radians, sin
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeros.sim.film.recording import Moment, Recording
+from aeros.sim.geometry import Camera
+
+CameraMode = Literal["orbit", "fixed"]
+
+_FIELD_OF_VIEW: Final = 34.0
+"""Vertical angle of view, degrees."""
+
+_ELEVATION: Final = radians(27.0)
+_SWING: Final = radians(16.0)
+"""Greatest angle by which an orbiting camera is off its middle."""
+
+_SWING_PERIOD: Final = 26.0
+"""Time of a swing there and back in the film, s."""
+
+_ARM_RADIUS: Final = 0.80
+"""Radius of the ball that holds the arm and what it works on, m."""
+
+_NEAR: Final = 3.2
+"""Distance from the arm's base within which a person is in the picture, m."""
+
+_SMOOTHING: Final = 1.6
+"""Time over which the camera follows, s of the film."""
+
+_RISE: Final = 0.10
+"""Share of the picture's height by which things are above its middle: captions are below."""
+
+
+class _Ball(NamedTuple):
+    """A ball that is to be in the picture: its middle and radius, m."""
+
+    x: float
+    y: float
+    z: float
+    radius: float
+
+
+def plan_cameras(
+    recording: Recording, moments: Sequence[Moment], mode: CameraMode, size: tuple[int, int], rate: float
+) -> list[Camera]:
+    """Choose the camera of each picture.
+
+    Args:
+        recording: the recording.
+        moments: the pictures of the film.
+        mode: `orbit` turns around the arm, `fixed` stays where it is best on the whole.
+        size: width and height, pixels.
+        rate: pictures per second of the film.
+
+    Returns:
+        The cameras.
+    """
+    balls = np.array([_ball(recording, moment) for moment in moments])
+    if mode == "fixed":
+        low, high = balls[:, :3].min(axis=0), balls[:, :3].max(axis=0)
+        middle = (low + high) / 2.0
+        reach = np.linalg.norm(balls[:, :3] - middle, axis=1) + balls[:, 3]
+        balls = np.tile(np.array([*middle, reach.max()]), (len(moments), 1))
+    else:
+        balls = _smoothed(balls, max(1, round(_SMOOTHING * rate)))
+    azimuth = _azimuth(recording, moments)
+    cameras = []
+    for number, (x, y, z, radius) in enumerate(balls.tolist()):
+        swing = _SWING * sin(2.0 * pi * number / (rate * _SWING_PERIOD)) if mode == "orbit" else 0.0
+        distance = radius / sin(radians(_FIELD_OF_VIEW) / 2.0)
+        turn = azimuth + swing
+        # The point that it looks at is below the middle, so that the middle is above that of the picture.
+        target = (x, y, z - 2.0 * _RISE * radius)
+        eye = (
+            x + distance * cos(_ELEVATION) * cos(turn),
+            y + distance * cos(_ELEVATION) * sin(turn),
+            z + distance * sin(_ELEVATION),
+        )
+        cameras.append(
+            Camera(eye, target, field_of_view=_FIELD_OF_VIEW, width=size[0], height=size[1], far=40.0)
+        )
+    return cameras
+
+
+def _ball(recording: Recording, moment: Moment) -> _Ball:
+    """Return the ball around the arm, and around people that are near it."""
+    bx, by, bz = moment.base
+    dx, dy = _facing(recording)
+    x, y, z, radius = bx + 0.3 * dx, by + 0.3 * dy, bz + 0.22, _ARM_RADIUS
+    for person in moment.people:
+        away = hypot(person.x - bx, person.y - by)
+        if away > _NEAR:
+            continue
+        px, py, pz, own = person.x, person.y, person.floor + person.height / 2.0, 0.55 * person.height
+        gap = ((px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2) ** 0.5
+        if gap + own > radius:
+            wider = (gap + own + radius) / 2.0
+            share = (wider - radius) / gap
+            x, y, z, radius = x + share * (px - x), y + share * (py - y), z + share * (pz - z), wider
+    return _Ball(x, y, z, radius)
+
+
+def _facing(recording: Recording) -> tuple[float, float]:
+    """Return the direction from the arm's base to what the scene's camera looks at, a unit vector."""
+    (bx, by, _), (tx, ty, _) = recording.moments[0].base, recording.stage.view.target
+    length = hypot(tx - bx, ty - by)
+    return ((tx - bx) / length, (ty - by) / length) if length > 1e-3 else (1.0, 0.0)
+
+
+def _azimuth(recording: Recording, moments: Sequence[Moment]) -> float:
+    """Choose the side from which a film is taken, rad: people stand beside the arm, and not before it."""
+    view = recording.stage.view
+    usual = atan2(view.eye[1] - view.target[1], view.eye[0] - view.target[0])
+    ways = [
+        (person.x - moment.base[0], person.y - moment.base[1])
+        for moment in moments
+        for person in moment.people
+        if hypot(person.x - moment.base[0], person.y - moment.base[1]) < _NEAR
+    ]
+    if not ways:
+        return usual
+    towards = atan2(sum(y for _, y in ways), sum(x for x, _ in ways))
+    sides = (towards + radians(72.0), towards - radians(72.0))
+    return min(sides, key=lambda side: abs((side - usual + pi) % (2.0 * pi) - pi))
+
+
+def _smoothed(values: NDArray[np.float64], window: int) -> NDArray[np.float64]:
+    """Return the running mean of rows, twice, so that the camera neither starts nor stops suddenly."""
+    kernel = np.ones(window) / window
+    for _ in range(2):
+        padded = np.pad(values, ((window // 2, window - 1 - window // 2), (0, 0)), mode="edge")
+        values = np.stack([np.convolve(column, kernel, mode="valid") for column in padded.T], axis=1)
+    return values

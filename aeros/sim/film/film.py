@@ -1,0 +1,202 @@
+"""Make a film of a recording: choose pictures, draw them with their captions, and encode them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from aeros.sim.film.cameraman import CameraMode, plan_cameras
+from aeros.sim.film.captions import Caption, CaptionSource
+from aeros.sim.film.encoders import open_encoder
+from aeros.sim.film.film_model import FilmModel
+from aeros.sim.film.gl_context import offscreen_context
+from aeros.sim.film.marks import marks_of
+from aeros.sim.film.overlay import Overlay
+from aeros.sim.film.person_shapes import Stance, stances_of
+from aeros.sim.film.recording import PICTURES_PER_SECOND, Moment, Recording
+from aeros.sim.film.scene_pictures import ScenePictures
+
+Progress = Callable[[int, int], None]
+"""Called after each picture with the number of pictures that are done, and of all."""
+
+_RATES: Final = {".mp4": 30, ".webp": 15, ".gif": 10}
+"""Pictures per second, by file suffix."""
+
+
+@dataclass(frozen=True)
+class FilmOptions:
+    """Options of a film.
+
+    Attributes:
+        size: width and height, pixels.
+        speed: seconds of the run in one second of the film.
+        camera: `orbit` turns slowly around the arm, `fixed` stands.
+        start: time in the run at which it begins, s.
+        end: time in the run at which it ends, s; None for the end of the run.
+        title: text at its top.
+        has_captions: True to draw captions and marks.
+    """
+
+    size: tuple[int, int] = (1280, 720)
+    speed: float = 1.0
+    camera: CameraMode = "orbit"
+    start: float = 0.0
+    end: float | None = None
+    title: str = ""
+    has_captions: bool = True
+
+
+class EmptyFilmError(Exception):
+    """No picture of the recording is in the part that was asked for."""
+
+
+def make_film(
+    recording: Recording,
+    caption_at: CaptionSource,
+    path: Path,
+    options: FilmOptions,
+    progress: Progress = lambda done, total: None,
+) -> bytes:
+    """Make a film.
+
+    Args:
+        recording: the recording.
+        caption_at: returns the caption at a time of the run.
+        path: of the file; its suffix gives the format.
+        options: options of the film.
+        progress: called after each picture.
+
+    Returns:
+        The bytes of the file.
+
+    Raises:
+        EmptyFilmError: there is no picture between start and end.
+        FilmPackageError: a package for the format is missing.
+        OpenGlError: nothing here can draw.
+    """
+    rate = _RATES[path.suffix]
+    encoder = open_encoder(path, options.size, rate)
+    frames = FilmFrames(recording, caption_at, options, rate)
+    for number, picture in enumerate(frames.pictures(), start=1):
+        encoder.add(picture)
+        progress(number, len(frames))
+    return encoder.finish()
+
+
+class FilmFrames:
+    """The pictures of a film.
+
+    Args:
+        recording: the recording.
+        caption_at: returns the caption at a time of the run.
+        options: options of the film.
+        rate: pictures per second of the film.
+
+    Raises:
+        EmptyFilmError: there is no picture between start and end.
+    """
+
+    def __init__(
+        self, recording: Recording, caption_at: CaptionSource, options: FilmOptions, rate: float
+    ) -> None:
+        self._recording = recording
+        self._caption_at = caption_at
+        self._options = options
+        self._rate = rate
+        self._chosen = _choose(recording.moments, options, rate)
+        stances = stances_of([moment.people for moment in recording.moments])
+        self._stances: list[list[Stance]] = [stances[number] for number in self._chosen]
+        self._moments = [recording.moments[number] for number in self._chosen]
+
+    def __len__(self) -> int:
+        """Number of pictures."""
+        return len(self._chosen)
+
+    def pictures(self) -> Iterator[NDArray[np.uint8]]:
+        """Draw the pictures.
+
+        Yields:
+            Each picture (height, width, 3), 0 to 255.
+
+        Raises:
+            OpenGlError: nothing here can draw.
+        """
+        options, size = self._options, self._options.size
+        cameras = plan_cameras(self._recording, self._moments, options.camera, size, self._rate)
+        overlay = Overlay(size, options.title)
+        insets = _Insets(self._recording, overlay.inset_size())
+        with offscreen_context(*size):
+            film = FilmModel(self._recording, size)
+            pictures = ScenePictures(film, size)
+            for moment, stances, camera in zip(self._moments, self._stances, cameras, strict=True):
+                if not options.has_captions:
+                    film.place(moment, stances)
+                    yield pictures.draw(camera)
+                    continue
+                caption = self._caption_at(moment.time)
+                inset = insets.show(caption, film, pictures)
+                film.place(moment, stances)
+                drawn = pictures.draw(camera, marks_of(moment, caption, self._recording.stage.robot))
+                yield overlay.draw(drawn, caption, _clock(moment.time, options.speed), inset)
+
+
+class _Insets:
+    """Pictures of the robot's cameras, drawn anew when a camera took another one."""
+
+    def __init__(self, recording: Recording, size: tuple[int, int]) -> None:
+        self._recording = recording
+        self._size = size
+        self._known: tuple[str, float] | None = None
+        self._inset: tuple[str, Image.Image] | None = None
+        self._times = [moment.time for moment in recording.moments]
+
+    def show(
+        self, caption: Caption, film: FilmModel, pictures: ScenePictures
+    ) -> tuple[str, Image.Image] | None:
+        """Return label and picture of the camera that took the latest picture; None before any."""
+        camera = self._recording.stage.cameras.get(caption.camera)
+        if camera is None:
+            return None
+        key = (caption.camera, caption.pictured_at)
+        if key == self._known:
+            return self._inset
+        index = int(np.searchsorted(self._times, caption.pictured_at))
+        moment = self._recording.moments[min(index, len(self._times) - 1)]
+        film.place(moment, [])
+        width, height = self._size
+        share = min(width / camera.width, height / camera.height)
+        small = (max(2, round(share * camera.width)), max(2, round(share * camera.height)))
+        drawn = pictures.draw(replace(camera, width=small[0], height=small[1]))
+        self._known = key
+        self._inset = (
+            f"camera `{caption.camera}` at {caption.pictured_at:.1f} s",
+            Image.fromarray(np.ascontiguousarray(drawn)),
+        )
+        return self._inset
+
+
+def _choose(moments: Sequence[Moment], options: FilmOptions, rate: float) -> list[int]:
+    """Choose the numbers of the pictures of a film.
+
+    Raises:
+        EmptyFilmError: there are none.
+    """
+    end = moments[-1].time if options.end is None else min(options.end, moments[-1].time)
+    times = np.array([moment.time for moment in moments])
+    wanted = np.arange(options.start, end + 0.5 / PICTURES_PER_SECOND, options.speed / rate)
+    if not len(wanted):
+        raise EmptyFilmError(
+            f"nothing was recorded after {options.start:g} s: the recording ends at {moments[-1].time:.1f} s"
+        )
+    chosen: list[int] = np.clip(np.searchsorted(times, wanted - 1e-6), 0, len(times) - 1).tolist()
+    return chosen
+
+
+def _clock(time: float, speed: float) -> str:
+    return f"{time:.1f} s" + ("" if speed == 1.0 else f"   {speed:g} times as fast")
