@@ -104,16 +104,11 @@ class FilmModel:
         if places.carriage is not None:
             self._put(places.carriage, Pose(moment.base, UPRIGHT))
         for index, number in enumerate(places.actors):
-            pose = moment.poses.get(index)
-            self._show(number, is_shown=pose is not None)
-            if pose is not None:
-                self._put(number, pose)
+            self._show_at(number, moment.poses.get(index))
         for index, parts in enumerate(places.people):
             poses = part_poses(people[index]) if index < len(people) else [None] * len(parts)
-            for number, at in zip(parts, poses, strict=True):
-                self._show(number, is_shown=at is not None)
-                if at is not None:
-                    self._put(number, at)
+            for number, place in zip(parts, poses, strict=True):
+                self._show_at(number, place)
         for name, (first, count) in self._cells.items():
             left = np.frombuffer(moment.coated.get(name, "").encode("latin-1"), np.uint8) == ord("1")
             shown = np.zeros(count, dtype=np.bool_)
@@ -129,8 +124,11 @@ class FilmModel:
         self.data.mocap_pos[mocap] = pose.position
         self.data.mocap_quat[mocap] = wxyz(pose.orientation)
 
-    def _show(self, number: int, *, is_shown: bool) -> None:
-        self.model.geom_group[self._shapes_of[number]] = SHOWN_GROUP if is_shown else HIDDEN_GROUP
+    def _show_at(self, number: int, pose: Pose | None) -> None:
+        """Put a body to a place, or hide it."""
+        self.model.geom_group[self._shapes_of[number]] = HIDDEN_GROUP if pose is None else SHOWN_GROUP
+        if pose is not None:
+            self._put(number, pose)
 
     def _add_bodies(self, recording: Recording) -> _Places:
         stage = recording.stage

@@ -26,7 +26,7 @@ from aeros.sim.film.recording import (
 from aeros.sim.geometry import Camera, Pose, Vector3
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.physics import PlantParts
-from aeros.sim.pictures.urdf_model import UrdfVisuals
+from aeros.sim.pictures.urdf_model import UrdfVisuals, roll_pitch_yaw
 from aeros.sim.pictures.visual_shapes import VisualShape, shapes_of
 from aeros.sim.robot.robot import CARRIAGE_EDGES
 from aeros.spec.model.scene import UrdfModel
@@ -45,11 +45,15 @@ class PlacedActor(NamedTuple):
         actor: the shapes.
         body: number of its body in the world.
         link: number of its link; -1 for the base.
+        joint: number of the joint that decides if it is shown; None if it always is.
+        range: least and greatest position of that joint in which it is shown, rad or m.
     """
 
     actor: Actor
     body: int
     link: int
+    joint: int | None = None
+    range: tuple[float, float] = (0.0, 0.0)
 
 
 class PoseRecorder:
@@ -135,7 +139,10 @@ class PoseRecorder:
             self.lost += 1
 
 
-def _pose(world: EngineWorld, one: PlacedActor) -> Pose:
+def _pose(world: EngineWorld, one: PlacedActor) -> Pose | None:
+    low, high = one.range
+    if one.joint is not None and not low <= world.joint_position(one.body, one.joint) <= high:
+        return None
     pose = world.frame_pose(one.body) if one.link < 0 else world.pose(one.body, one.link)
     x, y, z, w = pose.orientation
     return Pose(
@@ -150,6 +157,9 @@ def _rounded(point: Vector3) -> Vector3:
 
 def _actors_of(placed: PlacedBody) -> Iterator[PlacedActor]:
     body = placed.body
+    if body.look:
+        yield from _actors_of_look(placed)
+        return
     if not isinstance(body.shape, UrdfModel):
         yield PlacedActor(Actor(body.name, "", tuple(shapes_of(body.shape, body.colour))), placed.number, -1)
         return
@@ -158,6 +168,21 @@ def _actors_of(placed: PlacedBody) -> Iterator[PlacedActor]:
         by_link.setdefault(link, []).append(shape)
     for link, shapes in by_link.items():
         yield PlacedActor(Actor(body.name, link, tuple(shapes)), placed.number, placed.links[link])
+
+
+def _actors_of_look(placed: PlacedBody) -> Iterator[PlacedActor]:
+    """Yield the parts of a look, those together that move and appear together."""
+    groups: dict[tuple[str | None, str | None, tuple[float, float]], list[VisualShape]] = {}
+    for part in placed.body.look:
+        place = Pose(part.position, roll_pitch_yaw(*part.tilt))
+        shape = VisualShape(part.kind, part.size, part.colour, place, part.opacity)
+        groups.setdefault((part.link, part.joint, part.range), []).append(shape)
+    for (link, joint, shown), shapes in groups.items():
+        actor = Actor(placed.body.name, link or "", tuple(shapes))
+        number = -1 if link is None else placed.links[link]
+        yield PlacedActor(
+            actor, placed.number, number, None if joint is None else placed.joints[joint], shown
+        )
 
 
 def _robot_figure(parts: PlantParts) -> RobotFigure:

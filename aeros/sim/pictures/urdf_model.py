@@ -152,7 +152,7 @@ def origin_of(element: Xml.Element) -> Pose:
     origin = element.find("origin")
     if origin is None:
         return Pose((0.0, 0.0, 0.0), UPRIGHT)
-    return Pose(vector_of(origin, "xyz"), _roll_pitch_yaw(*vector_of(origin, "rpy")))
+    return Pose(vector_of(origin, "xyz"), roll_pitch_yaw(*vector_of(origin, "rpy")))
 
 
 def vector_of(element: Xml.Element, name: str) -> Vector3:
@@ -169,8 +169,17 @@ def vector_of(element: Xml.Element, name: str) -> Vector3:
     return (x, y, z)
 
 
-def _roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the orientation of URDF's fixed-axis angles: about x, then y, then z."""
+def roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Convert URDF's fixed-axis angles to an orientation.
+
+    Args:
+        roll: about x, rad.
+        pitch: then about y, rad.
+        yaw: then about z, rad.
+
+    Returns:
+        The orientation.
+    """
     (sr, cr), (sp, cp), (sy, cy) = ((sin(angle / 2.0), cos(angle / 2.0)) for angle in (roll, pitch, yaw))
     return (
         sr * cp * cy - cr * sp * sy,
