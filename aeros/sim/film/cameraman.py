@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeros.sim.film.recording import Moment, Recording
-from aeros.sim.geometry import Camera
+from aeros.sim.geometry import Camera, Vector3
 
 CameraMode = Literal["orbit", "fixed"]
 
@@ -24,8 +24,11 @@ _SWING: Final = radians(16.0)
 _SWING_PERIOD: Final = 26.0
 """Time of a swing there and back in the film, s."""
 
-_ARM_RADIUS: Final = 0.80
+_ARM_RADIUS: Final = 0.84
 """Radius of the ball that holds the arm and what it works on, m."""
+
+_CLOSE: Final = 0.42
+"""Level distance of the camera near the hand, m."""
 
 _NEAR: Final = 3.2
 """Distance from the arm's base within which a person is in the picture, m."""
@@ -33,7 +36,7 @@ _NEAR: Final = 3.2
 _SMOOTHING: Final = 1.6
 """Time over which the camera follows, s of the film."""
 
-_RISE: Final = 0.10
+_RISE: Final = 0.14
 """Share of the picture's height by which things are above its middle: captions are below."""
 
 
@@ -86,6 +89,25 @@ def plan_cameras(
             Camera(eye, target, field_of_view=_FIELD_OF_VIEW, width=size[0], height=size[1], far=40.0)
         )
     return cameras
+
+
+def close_camera(tool: Vector3, main: Camera, size: tuple[int, int]) -> Camera:
+    """Return a camera near the hand, on the side of the camera of the film.
+
+    Args:
+        tool: position of the tool centre point in W, m.
+        main: camera of the film.
+        size: width and height, pixels.
+
+    Returns:
+        The camera.
+    """
+    x, y, z = tool
+    turn = atan2(main.eye[1] - y, main.eye[0] - x)
+    eye = (x + _CLOSE * cos(turn), y + _CLOSE * sin(turn), z + 0.6 * _CLOSE)
+    return Camera(
+        eye, (x, y, z - 0.01), field_of_view=_FIELD_OF_VIEW, width=size[0], height=size[1], far=40.0
+    )
 
 
 def _ball(recording: Recording, moment: Moment) -> _Ball:

@@ -11,16 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from aeros.sim.film.cameraman import CameraMode, plan_cameras
+from aeros.sim.film.cameraman import CameraMode, close_camera, plan_cameras
 from aeros.sim.film.captions import Caption, CaptionSource
 from aeros.sim.film.encoders import open_encoder
 from aeros.sim.film.film_model import FilmModel
 from aeros.sim.film.gl_context import offscreen_context
-from aeros.sim.film.marks import marks_of
-from aeros.sim.film.overlay import Overlay
+from aeros.sim.film.marks import marks_of, tool_path
+from aeros.sim.film.overlay import Overlay, mark_sightings
 from aeros.sim.film.person_shapes import Stance, stances_of
 from aeros.sim.film.recording import PICTURES_PER_SECOND, Moment, Recording
 from aeros.sim.film.scene_pictures import ScenePictures
+from aeros.sim.geometry import Camera
 
 Progress = Callable[[int, int], None]
 """Called after each picture with the number of pictures that are done, and of all."""
@@ -140,45 +141,52 @@ class FilmFrames:
                     yield pictures.draw(camera)
                     continue
                 caption = self._caption_at(moment.time)
-                inset = insets.show(caption, film, pictures)
+                seen = insets.latest(caption, film, pictures)
                 film.place(moment, stances)
                 drawn = pictures.draw(camera, marks_of(moment, caption, self._recording.stage.robot))
-                yield overlay.draw(drawn, caption, _clock(moment.time, options.speed), inset)
+                close = insets.close(moment, camera, pictures)
+                yield overlay.draw(drawn, caption, _clock(moment.time, options.speed), (*seen, close))
 
 
 class _Insets:
-    """Pictures of the robot's cameras, drawn anew when a camera took another one."""
+    """Pictures of the robot's cameras, drawn anew when one took another, and of a camera near the hand."""
 
     def __init__(self, recording: Recording, size: tuple[int, int]) -> None:
         self._recording = recording
         self._size = size
         self._known: tuple[str, float] | None = None
-        self._inset: tuple[str, Image.Image] | None = None
+        self._drawn: Image.Image | None = None
         self._times = [moment.time for moment in recording.moments]
 
-    def show(
+    def latest(
         self, caption: Caption, film: FilmModel, pictures: ScenePictures
-    ) -> tuple[str, Image.Image] | None:
-        """Return label and picture of the camera that took the latest picture; None before any."""
+    ) -> tuple[tuple[str, Image.Image], ...]:
+        """Return label and picture of the camera that took the latest picture; nothing before any."""
         camera = self._recording.stage.cameras.get(caption.camera)
         if camera is None:
-            return None
-        key = (caption.camera, caption.pictured_at)
-        if key == self._known:
-            return self._inset
-        index = int(np.searchsorted(self._times, caption.pictured_at))
-        moment = self._recording.moments[min(index, len(self._times) - 1)]
-        film.place(moment, [])
+            return ()
         width, height = self._size
         share = min(width / camera.width, height / camera.height)
-        small = (max(2, round(share * camera.width)), max(2, round(share * camera.height)))
-        drawn = pictures.draw(replace(camera, width=small[0], height=small[1]))
-        self._known = key
-        self._inset = (
-            f"camera `{caption.camera}` at {caption.pictured_at:.1f} s",
-            Image.fromarray(np.ascontiguousarray(drawn)),
+        small = replace(
+            camera, width=max(2, round(share * camera.width)), height=max(2, round(share * camera.height))
         )
-        return self._inset
+        key = (caption.camera, caption.pictured_at)
+        if key != self._known or self._drawn is None:
+            index = int(np.searchsorted(self._times, caption.pictured_at))
+            film.place(self._recording.moments[min(index, len(self._times) - 1)], [])
+            self._drawn, self._known = _image(pictures.draw(small)), key
+        unit = height / 204.0
+        marked = mark_sightings(self._drawn, small, caption.sightings, unit)
+        return ((f"camera {caption.camera}, {caption.pictured_at:.1f} s", marked),)
+
+    def close(self, moment: Moment, main: Camera, pictures: ScenePictures) -> tuple[str, Image.Image]:
+        """Return label and picture of a camera near the hand."""
+        (tool,) = tool_path(self._recording.stage.robot, [moment.joints], moment.base)
+        return "the hand", _image(pictures.draw(close_camera(tool, main, self._size)))
+
+
+def _image(picture: NDArray[np.uint8]) -> Image.Image:
+    return Image.fromarray(np.ascontiguousarray(picture))
 
 
 def _choose(moments: Sequence[Moment], options: FilmOptions, rate: float) -> list[int]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot
 from typing import Any, Final
 
 import numpy as np
@@ -27,6 +26,9 @@ HIDDEN_GROUP: Final = 5
 
 _HULL_ROUNDING: Final = 0.012
 """Radius with which the hulls of links are rounded, m."""
+
+_SUN: Final = (1.5, -1.2, 4.0)
+"""Position of the light that casts shadows, from the arm's base, m."""
 
 _FLOOR_EDGE: Final = 2.0
 """Length and width from which on a thin box is a floor, m."""
@@ -70,14 +72,13 @@ class FilmModel:
     Attributes:
         model: the `MjModel`.
         data: its state, the `MjData`.
-        centre: middle of what the robot can reach, m.
     """
 
     def __init__(self, recording: Recording, size: tuple[int, int]) -> None:
         stage = recording.stage
         self._spec = _empty_description(size)
         self._count = 0
-        self._arm = _arm_parts(stage.robot)
+        self._arm = arm_of(stage.robot)
         self._places = self._add_bodies(recording)
         floor = min((one for moment in recording.moments for one in _floors(moment)), default=None)
         self._add_floor(_lowest(recording) if floor is None else floor)
@@ -114,6 +115,7 @@ class FilmModel:
             shown = np.zeros(count, dtype=np.bool_)
             shown[: len(left)] = left[:count]
             self.model.geom_group[first : first + count] = np.where(shown, SHOWN_GROUP, HIDDEN_GROUP)
+        self.model.light_pos[0] = np.add(moment.base, _SUN)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 
@@ -283,8 +285,8 @@ def _empty_description(size: tuple[int, int]) -> Any:
     spec.add_material(name="robot", specular=0.35, shininess=0.45)
     spec.worldbody.add_light(
         type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-        pos=(1.5, -1.5, 4.0),
-        dir=(-0.35, 0.30, -1.0),
+        pos=_SUN,
+        dir=(-0.30, 0.30, -1.0),
         diffuse=(0.52, 0.51, 0.48),
         specular=(0.25, 0.25, 0.25),
         castshadow=True,
@@ -439,7 +441,15 @@ def _orientation(axes: Array) -> tuple[float, float, float, float]:
     return (x, y, z, w)
 
 
-def _arm_parts(robot: RobotFigure) -> MeshArm | HullArm:
+def arm_of(robot: RobotFigure) -> MeshArm | HullArm:
+    """Choose how an arm is drawn.
+
+    Args:
+        robot: the robot.
+
+    Returns:
+        The arm, by its meshes if they are installed, else by its hulls.
+    """
     folder = data_folder()
     path = None if folder is None or not robot.urdf else folder / robot.urdf
     if path is None or not path.is_file():
@@ -448,16 +458,3 @@ def _arm_parts(robot: RobotFigure) -> MeshArm | HullArm:
     for one in meshes_of_urdf(path):
         meshes[one.link] = (*meshes.get(one.link, ()), (one.place, one.mesh))
     return MeshArm(robot, UrdfVisuals(str(path)), meshes)
-
-
-def reach_of(robot: RobotFigure) -> float:
-    """Bound how far the tool point is from the arm's base.
-
-    Args:
-        robot: the robot.
-
-    Returns:
-        The sum of all lengths, m.
-    """
-    links = sum(hypot(length, offset) for length, _, offset in robot.rows)
-    return links + robot.flange + robot.tool

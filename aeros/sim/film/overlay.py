@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
+from math import radians, tan
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from aeros.sim.film.captions import STATUS_TEXTS, Caption, Gauge, Status
+from aeros.sim.film.captions import STATUS_TEXTS, Caption, Gauge, Sighting, Status
+from aeros.sim.geometry import Camera, camera_axes, subtract
 
 Colour = tuple[int, int, int]
 
@@ -17,6 +20,7 @@ GREEN: Final[Colour] = (46, 160, 90)
 AMBER: Final[Colour] = (236, 150, 20)
 RED: Final[Colour] = (214, 48, 49)
 GREY: Final[Colour] = (120, 128, 140)
+SIGHTED: Final[Colour] = (235, 30, 140)
 
 STATUS_COLOURS: Final[dict[Status, Colour]] = {
     "allowed": GREEN,
@@ -37,6 +41,12 @@ _TRACK: Final[Colour] = (58, 66, 80)
 
 _HEIGHT: Final = 720
 """Height of a picture for which the sizes below are, pixels."""
+
+_WHOLE: Final = 20.0
+"""End of a scale from which on values have no decimals."""
+
+_FAR: Final = 3.0
+"""Multiple of the end of a scale beyond which a distance is not told."""
 
 _NEAR_BOUND: Final = 0.85
 """Share of a bound above which a gauge is amber."""
@@ -60,7 +70,7 @@ class Overlay:
         picture: NDArray[np.uint8],
         caption: Caption,
         clock: str,
-        inset: tuple[str, Image.Image] | None = None,
+        insets: Sequence[tuple[str, Image.Image]] = (),
     ) -> NDArray[np.uint8]:
         """Draw a caption.
 
@@ -68,7 +78,7 @@ class Overlay:
             picture: the picture (height, width, 3); it is not changed.
             caption: the caption.
             clock: text about the time.
-            inset: label and picture of a camera; None for none.
+            insets: labels and pictures of cameras, one below the other.
 
         Returns:
             The picture with the caption.
@@ -77,8 +87,9 @@ class Overlay:
         draw = ImageDraw.Draw(image, "RGBA")
         self._draw_title(draw, clock)
         self._draw_panel(draw, caption)
-        if inset is not None:
-            self._draw_inset(image, draw, *inset)
+        top = self._scaled(20)
+        for label, inset in insets:
+            top = self._draw_inset(image, draw, label, inset, top)
         return np.asarray(image)
 
     def inset_size(self) -> tuple[int, int]:
@@ -150,21 +161,64 @@ class Overlay:
             share = min(1.0, max(0.0, gauge.value / gauge.full))
             end = bar_left + max(u(6), share * (bar_right - bar_left))
             draw.rounded_rectangle((bar_left, top + u(5), end, top + u(19)), u(5), fill=gauge_colour(gauge))
-            shown = f"{gauge.value:.2f}" if gauge.full < 20 else f"{gauge.value:.0f}"
-            self._text(draw, (bar_right + u(10), top + u(1)), f"{shown} {gauge.unit}", 17, _BRIGHT)
+            digits = 2 if gauge.full < _WHOLE else 0
+            shown = f"{gauge.value:.{digits}f} {gauge.unit}"
+            if not gauge.is_upper and gauge.value > _FAR * gauge.full:
+                shown = "far"
+            self._text(draw, (bar_right + u(10), top + u(1)), shown, 17, _BRIGHT)
         if gauge.bound is not None:
             at = bar_left + min(1.0, max(0.0, gauge.bound / gauge.full)) * (bar_right - bar_left)
             draw.rectangle((at - u(1.5), top, at + u(1.5), top + u(24)), fill=_BRIGHT)
 
     def _draw_inset(
-        self, image: Image.Image, draw: ImageDraw.ImageDraw, label: str, inset: Image.Image
-    ) -> None:
+        self, image: Image.Image, draw: ImageDraw.ImageDraw, label: str, inset: Image.Image, top: int
+    ) -> int:
+        """Draw an inset; return the height at which the next one is."""
         u, margin = self._scaled, self._scaled(20)
         left = self._width - margin - inset.width
-        frame = (left - u(6), margin, self._width - margin + u(6), margin + inset.height + u(34))
-        draw.rounded_rectangle(frame, u(8), fill=_PANEL)
-        image.paste(inset, (left, margin + u(6)))
-        self._text(draw, (left + u(2), margin + inset.height + u(9)), label, 15, _DIM)
+        bottom = top + inset.height + u(34)
+        draw.rounded_rectangle((left - u(6), top, self._width - margin + u(6), bottom), u(8), fill=_PANEL)
+        image.paste(inset, (left, top + u(6)))
+        self._text(draw, (left + u(2), top + inset.height + u(9)), label, 15, _DIM)
+        return bottom + u(12)
+
+
+def mark_sightings(
+    picture: Image.Image, camera: Camera, sightings: Sequence[Sighting], unit: float
+) -> Image.Image:
+    """Mark what was detected in the picture of a camera.
+
+    Args:
+        picture: the picture.
+        camera: the camera that took it.
+        sightings: what was detected.
+        unit: size of a pixel of a picture 720 pixels high, pixels.
+
+    Returns:
+        The picture with a ring and a label at each place that is in it.
+    """
+    image = picture.copy()
+    draw = ImageDraw.Draw(image)
+    right, up, ahead = camera_axes(camera)
+    scale = image.height / 2.0 / tan(radians(camera.field_of_view) / 2.0)
+    for label, position in sightings:
+        away = subtract(position, camera.eye)
+        x, y, z = (sum(a * b for a, b in zip(axis, away, strict=True)) for axis in (right, up, ahead))
+        if z <= 0.0:
+            continue
+        at = (image.width / 2.0 + scale * x / z, image.height / 2.0 - scale * y / z)
+        if not (0 <= at[0] < image.width and 0 <= at[1] < image.height):
+            continue
+        radius = 7.0 * unit
+        ring = (at[0] - radius, at[1] - radius, at[0] + radius, at[1] + radius)
+        draw.ellipse(ring, outline=SIGHTED, width=max(1, round(2 * unit)))
+        font = _font_of(max(8, round(12 * unit)))
+        width = font.getlength(legible(label))
+        place = (min(max(0.0, at[0] - width / 2.0), image.width - width), at[1] + radius)
+        draw.text(
+            place, legible(label), fill=(255, 255, 255), font=font, stroke_width=2, stroke_fill=(20, 20, 30)
+        )
+    return image
 
 
 def gauge_colour(gauge: Gauge) -> Colour:
@@ -178,9 +232,9 @@ def gauge_colour(gauge: Gauge) -> Colour:
     """
     if gauge.value is None or gauge.bound is None:
         return GREY
-    used = gauge.value / gauge.bound if gauge.is_upper else gauge.bound / max(gauge.value, 1e-9)
     if gauge.bound <= 0.0:
-        used = 0.0 if gauge.value <= gauge.bound else 2.0
+        return RED if gauge.is_upper and gauge.value > gauge.bound else GREEN
+    used = gauge.value / gauge.bound if gauge.is_upper else gauge.bound / max(gauge.value, 1e-9)
     if used > 1.0 + 1e-3:
         return RED
     return AMBER if used > _NEAR_BOUND else GREEN

@@ -101,7 +101,10 @@ class PoseRecorder:
 
     def close(self) -> None:
         """Implement `Viewer.close`: complete the file."""
-        self._file.close()
+        try:
+            self._file.close()
+        except OSError:
+            self.lost += 1
 
     def _record(self, world: EngineWorld) -> None:
         assert self._parts is not None  # noqa: S101  for the type checker

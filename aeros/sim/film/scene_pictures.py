@@ -181,12 +181,12 @@ def _geoms_of(mark: Mark) -> Iterator[tuple[Any, Any, Any, Any, Rgba]]:
         case Zone(low, high, colour):
             a, b = np.array(low), np.array(high)
             yield kinds.mjGEOM_BOX, (b - a) / 2.0, (a + b) / 2.0, upright, colour
-            edge = (*colour[:3], 0.7)
+            edge = (*colour[:3], 0.4)
             for axis in range(3):
                 one, other = (axis + 1) % 3, (axis + 2) % 3
                 for first in (a[one], b[one]):
                     for second in (a[other], b[other]):
-                        at, size = (a + b) / 2.0, np.full(3, 0.003)
+                        at, size = (a + b) / 2.0, np.full(3, 0.002)
                         at[one], at[other] = first, second
                         size[axis] = (b[axis] - a[axis]) / 2.0
                         yield kinds.mjGEOM_BOX, size, at, upright, edge
