@@ -30,6 +30,9 @@ _SAMPLES: Final = 8
 
 _IN_VOLUME: Final = re.compile(r"(- base_position )?(?:not )?in (\w+)")
 
+_STOP_TIME: Final = 2.0
+"""Time within which a stop ends, s."""
+
 _FRESH: Final = 0.3
 """Age up to which a value counts as seen in a picture, s."""
 
@@ -203,7 +206,7 @@ def _states_of(run: RunData) -> list[_State]:
     """Return the status of a run over time."""
     states = [_decided(one) for one in run.decisions]
     states += [
-        _State(one.end_time, *_ended(one), skill=one.skill, needed=_needed_of(one.causes))
+        _State(_stop_time(run, one.end_time), *_ended(one), skill=one.skill, needed=_needed_of(one.causes))
         for one in run.runs
         if one.end_time is not None and one.status not in ("finished", "denied")
     ]
@@ -214,7 +217,8 @@ def _states_of(run: RunData) -> list[_State]:
             reached = event.details.get("reached") is True
             states.append(_State(event.time, "reached" if reached else "failed", event.text))
     states += [_State(time, "paused" if kind == "paused" else "idle") for time, kind in run.pause_changes]
-    states.sort(key=lambda one: one.time)
+    # At the same time it is stopped first, then denied what it asks for, and then waits.
+    states.sort(key=lambda one: (one.time, one.status != "stopped", one.status == "waiting"))
     filled: list[_State] = []
     for one in states:
         before = filled[-1] if filled else None
@@ -244,6 +248,12 @@ def _decided(one: RecordedDecision) -> _State:
         _needed_of(one.causes) if status == "denied" else None,
         min(slow, default=None),
     )
+
+
+def _stop_time(run: RunData, ended: float) -> float:
+    """Return when the stop began that ended a step, s; the time of its end if none is recorded."""
+    began = [time for time, _ in run.stops if ended - _STOP_TIME <= time <= ended]
+    return max(began, default=ended)
 
 
 def _ended(one: SkillExecution) -> tuple[Status, str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from aeros.apps.report_page.run_data import AUDIT, RunData, read_run_data
 from aeros.sim.film_file import FILE as POSES
@@ -13,9 +13,6 @@ from aeros.spec.model.site import Site
 
 if TYPE_CHECKING:
     from aeros.sim.film.film import FilmOptions
-
-FILM_NAMES: Final = ("film.mp4", "film.webp", "film.gif")
-"""Names of the film in the folder of a run, in the order in which pages look for one."""
 
 
 class FilmError(Exception):

@@ -14,6 +14,7 @@ from aeros.agent.execution.report import RunReport
 from aeros.agent.instructions.meaning import Understanding
 from aeros.agent.planning.base import Planner
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskEnd
+from aeros.apps.report_page.film_element import find_film
 from aeros.apps.report_page.run_data import read_run_data
 from aeros.apps.watchdog.resumable_run import delete_run_options, end_plant, end_task
 from aeros.apps.why.causal_chain import RunLog
@@ -208,7 +209,8 @@ def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> Non
         print(kept + (f", {feed.lost} messages lost: {feed.trouble}" if feed.lost else ""))
     if arguments.report:
         site = staged.configuration.site
-        write_report(read_run_data(out), out / "report.html", {site.digest: site}, sound)
+        film = None if arguments.film is None else find_film(arguments.film.parent, (arguments.film.name,))
+        write_report(read_run_data(out), out / "report.html", {site.digest: site}, sound, film)
     print_line(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
 
 

@@ -105,9 +105,8 @@ def close_camera(tool: Vector3, main: Camera, size: tuple[int, int]) -> Camera:
     x, y, z = tool
     turn = atan2(main.eye[1] - y, main.eye[0] - x)
     eye = (x + _CLOSE * cos(turn), y + _CLOSE * sin(turn), z + 0.6 * _CLOSE)
-    return Camera(
-        eye, (x, y, z - 0.01), field_of_view=_FIELD_OF_VIEW, width=size[0], height=size[1], far=40.0
-    )
+    width, height = size
+    return Camera(eye, (x, y, z - 0.01), (0.0, 0.0, 1.0), _FIELD_OF_VIEW, width, height, far=40.0)
 
 
 def _ball(recording: Recording, moment: Moment) -> _Ball:
