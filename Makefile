@@ -119,7 +119,7 @@ dist: $(VENV)/.installed-tools ## build the package into dist/ and check what a 
 lock: $(VENV)/.installed-tools ## renew requirements/*.txt: newest versions that pyproject.toml allows, with their hashes
 	@echo '== uv pip compile'
 	@$(LOCK) --upgrade --extra test --no-emit-package pybullet pyproject.toml requirements/build.in -o requirements/test.txt
-	@$(LOCK) --upgrade --extra sim --extra mujoco --no-emit-package pybullet \
+	@$(LOCK) --upgrade --extra sim --extra film --no-emit-package pybullet \
 	  --constraint requirements/test.txt pyproject.toml requirements/build.in -o requirements/install.txt
 	@sed -n 's/^sim = .*"\(pybullet==[^"]*\)".*/\1/p' pyproject.toml | $(LOCK) --upgrade - -o requirements/simulator.txt
 	@$(LOCK) --upgrade --group tools --constraint requirements/test.txt requirements/build.in -o requirements/tools.txt

@@ -19,7 +19,7 @@ from aeros.apps.report_page.series import PlottedQuantity, Series, build_series
 from aeros.apps.rule_causes import RuleCause
 from aeros.runtime.ports import Trajectory
 from aeros.runtime.records.records import motion_from_json
-from aeros.sim.film.captions import Caption, Gauge, Separation, Sighting, Status, ZoneFigure
+from aeros.sim.film.captions import Caption, Detection, Gauge, PersonSeparation, Status, ZoneFigure
 from aeros.spec.model.site import Site
 
 _GAUGES: Final = (("tool_speed", "m/s", 1.0), ("contact_force", "N", 100.0), (PERSON_DISTANCE, "m", 3.0))
@@ -80,7 +80,7 @@ class RunCaptions:
             return Caption()
         state = self._states[index]
         decision = state.decision
-        camera, pictured_at, sightings = self._sight(time)
+        camera, pictured_at, detections = self._sight(time)
         needed = self._needed(index, time)
         measured = self._value(PERSON_DISTANCE, time)
         return Caption(
@@ -91,12 +91,12 @@ class RunCaptions:
             _action(state),
             state.time,
             tuple(self._gauges(time, state, needed)),
-            None if needed is None else Separation(measured, needed, self._slow),
+            None if needed is None else PersonSeparation(measured, needed, self._slow),
             self._path(decision) if state.status in ("allowed", "slowed") else (),
             tuple(self._zones(decision)),
             camera,
             pictured_at,
-            sightings,
+            detections,
         )
 
     # Internals.
@@ -181,7 +181,7 @@ class RunCaptions:
             ):
                 yield ZoneFigure(name, low, high, is_broken=False)
 
-    def _sight(self, time: float) -> tuple[str, float, tuple[Sighting, ...]]:
+    def _sight(self, time: float) -> tuple[str, float, tuple[Detection, ...]]:
         index = bisect_right(self._look_times, time) - 1
         if index < 0:
             return "", 0.0, ()
@@ -191,7 +191,7 @@ class RunCaptions:
         for name, pair in after.state.items():
             point = _point(_measured(after, name))
             if "." in name and point is not None and type(pair) is list and abs(pair[1] - look.time) < _FRESH:
-                seen.append(Sighting(in_words(name.removesuffix("_position")), point))
+                seen.append(Detection(in_words(name.removesuffix("_position")), point))
         return str(look.decided["camera"]), look.time, tuple(seen)
 
 

@@ -32,8 +32,9 @@ if TYPE_CHECKING:
 _EXAMPLES = """\
 The page shows the sequence of skills, a timeline with faults and stops, measurements against the bounds of
 the site's rules, every decision with its reasons, the result of the check of the audit log, and the film of
-the run if `aeros film` has made one in its folder.  Bounds are drawn if a site with the digest in the log is available: that of --site, those that were in force on this
-robot, or the reference site.  Exits with 1 if the log is not sound; the page gives the reason.
+the run if `aeros film` has made one in its folder.  Bounds are drawn if a site with the digest in the log is
+available: that of --site, those that were in force on this robot, or the reference site.  Exits with 1 if
+the log is not sound; the page gives the reason.
 
 examples:
   aeros report runs/demo

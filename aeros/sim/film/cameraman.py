@@ -9,7 +9,7 @@ from typing import Final, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.film.recording import Moment, Recording
+from aeros.sim.film.recording import PoseSample, Recording
 from aeros.sim.geometry import Camera, Vector3
 
 CameraMode = Literal["orbit", "fixed"]
@@ -50,13 +50,13 @@ class _Ball(NamedTuple):
 
 
 def plan_cameras(
-    recording: Recording, moments: Sequence[Moment], mode: CameraMode, size: tuple[int, int], rate: float
+    recording: Recording, samples: Sequence[PoseSample], mode: CameraMode, size: tuple[int, int], rate: float
 ) -> list[Camera]:
     """Choose the camera of each picture.
 
     Args:
         recording: the recording.
-        moments: the pictures of the film.
+        samples: the pictures of the film.
         mode: `orbit` turns around the arm, `fixed` stays where it is best on the whole.
         size: width and height, pixels.
         rate: pictures per second of the film.
@@ -64,15 +64,15 @@ def plan_cameras(
     Returns:
         The cameras.
     """
-    balls = np.array([_ball(recording, moment) for moment in moments])
+    balls = np.array([_ball(recording, sample) for sample in samples])
     if mode == "fixed":
         low, high = balls[:, :3].min(axis=0), balls[:, :3].max(axis=0)
         middle = (low + high) / 2.0
         reach = np.linalg.norm(balls[:, :3] - middle, axis=1) + balls[:, 3]
-        balls = np.tile(np.array([*middle, reach.max()]), (len(moments), 1))
+        balls = np.tile(np.array([*middle, reach.max()]), (len(samples), 1))
     else:
         balls = _smoothed(balls, max(1, round(_SMOOTHING * rate)))
-    azimuth = _azimuth(recording, moments)
+    azimuth = _azimuth(recording, samples)
     cameras = []
     for number, (x, y, z, radius) in enumerate(balls.tolist()):
         swing = _SWING * sin(2.0 * pi * number / (rate * _SWING_PERIOD)) if mode == "orbit" else 0.0
@@ -109,12 +109,12 @@ def close_camera(tool: Vector3, main: Camera, size: tuple[int, int]) -> Camera:
     return Camera(eye, (x, y, z - 0.01), (0.0, 0.0, 1.0), _FIELD_OF_VIEW, width, height, far=40.0)
 
 
-def _ball(recording: Recording, moment: Moment) -> _Ball:
+def _ball(recording: Recording, sample: PoseSample) -> _Ball:
     """Return the ball around the arm, and around people that are near it."""
-    bx, by, bz = moment.base
+    bx, by, bz = sample.base
     dx, dy = _facing(recording)
     x, y, z, radius = bx + 0.3 * dx, by + 0.3 * dy, bz + 0.22, _ARM_RADIUS
-    for person in moment.people:
+    for person in sample.people:
         away = hypot(person.x - bx, person.y - by)
         if away > _NEAR:
             continue
@@ -129,20 +129,20 @@ def _ball(recording: Recording, moment: Moment) -> _Ball:
 
 def _facing(recording: Recording) -> tuple[float, float]:
     """Return the direction from the arm's base to what the scene's camera looks at, a unit vector."""
-    (bx, by, _), (tx, ty, _) = recording.moments[0].base, recording.stage.view.target
+    (bx, by, _), (tx, ty, _) = recording.samples[0].base, recording.stage.view.target
     length = hypot(tx - bx, ty - by)
     return ((tx - bx) / length, (ty - by) / length) if length > 1e-3 else (1.0, 0.0)
 
 
-def _azimuth(recording: Recording, moments: Sequence[Moment]) -> float:
+def _azimuth(recording: Recording, samples: Sequence[PoseSample]) -> float:
     """Choose the side from which a film is taken, rad: people stand beside the arm, and not before it."""
     view = recording.stage.view
     usual = atan2(view.eye[1] - view.target[1], view.eye[0] - view.target[0])
     ways = [
-        (person.x - moment.base[0], person.y - moment.base[1])
-        for moment in moments
-        for person in moment.people
-        if hypot(person.x - moment.base[0], person.y - moment.base[1]) < _NEAR
+        (person.x - sample.base[0], person.y - sample.base[1])
+        for sample in samples
+        for person in sample.people
+        if hypot(person.x - sample.base[0], person.y - sample.base[1]) < _NEAR
     ]
     if not ways:
         return usual

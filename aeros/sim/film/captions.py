@@ -43,7 +43,7 @@ class Gauge(NamedTuple):
     full: float
 
 
-class Separation(NamedTuple):
+class PersonSeparation(NamedTuple):
     """Distances that people must keep.
 
     Attributes:
@@ -73,7 +73,7 @@ class ZoneFigure(NamedTuple):
     is_broken: bool
 
 
-class Sighting(NamedTuple):
+class Detection(NamedTuple):
     """A thing that the robot takes to be somewhere.
 
     Attributes:
@@ -86,7 +86,7 @@ class Sighting(NamedTuple):
 
 
 class Caption(NamedTuple):
-    """What is shown besides the bodies at one time.
+    """Texts, values and marks of one time.
 
     Attributes:
         status: status of the robot.
@@ -101,7 +101,7 @@ class Caption(NamedTuple):
         zones: volumes of the site.
         camera: name of the camera that took the latest picture; empty if none did.
         pictured_at: time of that picture, s.
-        sightings: things whose places the robot knows.
+        detections: things whose places the robot knows.
     """
 
     status: Status = "idle"
@@ -111,12 +111,12 @@ class Caption(NamedTuple):
     action: str = ""
     since: float = 0.0
     gauges: tuple[Gauge, ...] = ()
-    separation: Separation | None = None
+    separation: PersonSeparation | None = None
     joint_path: tuple[tuple[float, ...], ...] = ()
     zones: tuple[ZoneFigure, ...] = ()
     camera: str = ""
     pictured_at: float = 0.0
-    sightings: tuple[Sighting, ...] = ()
+    detections: tuple[Detection, ...] = ()
 
 
 CaptionSource = Callable[[float], Caption]

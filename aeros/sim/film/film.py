@@ -17,9 +17,9 @@ from aeros.sim.film.encoders import open_encoder
 from aeros.sim.film.film_model import FilmModel
 from aeros.sim.film.gl_context import offscreen_context
 from aeros.sim.film.marks import marks_of, tool_path
-from aeros.sim.film.overlay import Overlay, mark_sightings
+from aeros.sim.film.overlay import Overlay, mark_detections
 from aeros.sim.film.person_shapes import Stance, stances_of
-from aeros.sim.film.recording import PICTURES_PER_SECOND, Moment, Recording
+from aeros.sim.film.recording import PICTURES_PER_SECOND, PoseSample, Recording
 from aeros.sim.film.scene_pictures import ScenePictures
 from aeros.sim.geometry import Camera
 
@@ -110,10 +110,10 @@ class FilmFrames:
         self._caption_at = caption_at
         self._options = options
         self._rate = rate
-        self._chosen = _choose(recording.moments, options, rate)
-        stances = stances_of([moment.people for moment in recording.moments])
+        self._chosen = _choose(recording.samples, options, rate)
+        stances = stances_of([sample.people for sample in recording.samples])
         self._stances: list[list[Stance]] = [stances[number] for number in self._chosen]
-        self._moments = [recording.moments[number] for number in self._chosen]
+        self._samples = [recording.samples[number] for number in self._chosen]
 
     def __len__(self) -> int:
         """Number of pictures."""
@@ -129,23 +129,23 @@ class FilmFrames:
             OpenGlError: nothing here can draw.
         """
         options, size = self._options, self._options.size
-        cameras = plan_cameras(self._recording, self._moments, options.camera, size, self._rate)
+        cameras = plan_cameras(self._recording, self._samples, options.camera, size, self._rate)
         overlay = Overlay(size, options.title)
         insets = _Insets(self._recording, overlay.inset_size())
         with offscreen_context(*size):
             film = FilmModel(self._recording, size)
             pictures = ScenePictures(film, size)
-            for moment, stances, camera in zip(self._moments, self._stances, cameras, strict=True):
+            for sample, stances, camera in zip(self._samples, self._stances, cameras, strict=True):
                 if not options.has_captions:
-                    film.place(moment, stances)
+                    film.place(sample, stances)
                     yield pictures.draw(camera)
                     continue
-                caption = self._caption_at(moment.time)
+                caption = self._caption_at(sample.time)
                 seen = insets.latest(caption, film, pictures)
-                film.place(moment, stances)
-                drawn = pictures.draw(camera, marks_of(moment, caption, self._recording.stage.robot))
-                close = insets.close(moment, camera, pictures)
-                yield overlay.draw(drawn, caption, _clock(moment.time, options.speed), (*seen, close))
+                film.place(sample, stances)
+                drawn = pictures.draw(camera, marks_of(sample, caption, self._recording.stage.robot))
+                close = insets.close(sample, camera, pictures)
+                yield overlay.draw(drawn, caption, _clock(sample.time, options.speed), (*seen, close))
 
 
 class _Insets:
@@ -156,7 +156,7 @@ class _Insets:
         self._size = size
         self._known: tuple[str, float] | None = None
         self._drawn: Image.Image | None = None
-        self._times = [moment.time for moment in recording.moments]
+        self._times = [sample.time for sample in recording.samples]
 
     def latest(
         self, caption: Caption, film: FilmModel, pictures: ScenePictures
@@ -173,15 +173,15 @@ class _Insets:
         key = (caption.camera, caption.pictured_at)
         if key != self._known or self._drawn is None:
             index = int(np.searchsorted(self._times, caption.pictured_at))
-            film.place(self._recording.moments[min(index, len(self._times) - 1)], [])
+            film.place(self._recording.samples[min(index, len(self._times) - 1)], [])
             self._drawn, self._known = _image(pictures.draw(small)), key
         unit = height / 204.0
-        marked = mark_sightings(self._drawn, small, caption.sightings, unit)
+        marked = mark_detections(self._drawn, small, caption.detections, unit)
         return ((f"camera {caption.camera}, {caption.pictured_at:.1f} s", marked),)
 
-    def close(self, moment: Moment, main: Camera, pictures: ScenePictures) -> tuple[str, Image.Image]:
+    def close(self, sample: PoseSample, main: Camera, pictures: ScenePictures) -> tuple[str, Image.Image]:
         """Return label and picture of a camera near the hand."""
-        (tool,) = tool_path(self._recording.stage.robot, [moment.joints], moment.base)
+        (tool,) = tool_path(self._recording.stage.robot, [sample.joints], sample.base)
         return "the hand", _image(pictures.draw(close_camera(tool, main, self._size)))
 
 
@@ -189,18 +189,18 @@ def _image(picture: NDArray[np.uint8]) -> Image.Image:
     return Image.fromarray(np.ascontiguousarray(picture))
 
 
-def _choose(moments: Sequence[Moment], options: FilmOptions, rate: float) -> list[int]:
+def _choose(samples: Sequence[PoseSample], options: FilmOptions, rate: float) -> list[int]:
     """Choose the numbers of the pictures of a film.
 
     Raises:
         EmptyFilmError: there are none.
     """
-    end = moments[-1].time if options.end is None else min(options.end, moments[-1].time)
-    times = np.array([moment.time for moment in moments])
+    end = samples[-1].time if options.end is None else min(options.end, samples[-1].time)
+    times = np.array([sample.time for sample in samples])
     wanted = np.arange(options.start, end + 0.5 / PICTURES_PER_SECOND, options.speed / rate)
     if not len(wanted):
         raise EmptyFilmError(
-            f"nothing was recorded after {options.start:g} s: the recording ends at {moments[-1].time:.1f} s"
+            f"nothing was recorded after {options.start:g} s: the recording ends at {samples[-1].time:.1f} s"
         )
     chosen: list[int] = np.clip(np.searchsorted(times, wanted - 1e-6), 0, len(times) - 1).tolist()
     return chosen

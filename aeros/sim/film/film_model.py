@@ -11,7 +11,7 @@ import numpy as np
 from aeros.kinematic_chain import Mounting, frames_of, mounting_of
 from aeros.sim.film.meshes import Mesh, data_folder, meshes_of_urdf, rounded_corners
 from aeros.sim.film.person_shapes import PERSON_PARTS, Stance, part_poses
-from aeros.sim.film.recording import CoatingFigure, Moment, Recording, RobotFigure
+from aeros.sim.film.recording import CoatingFigure, PoseSample, Recording, RobotFigure
 from aeros.sim.geometry import UPRIGHT, Pose, compose
 from aeros.sim.mujoco.client import mujoco
 from aeros.sim.mujoco.model import wxyz
@@ -80,7 +80,7 @@ class FilmModel:
         self._count = 0
         self._arm = arm_of(stage.robot)
         self._places = self._add_bodies(recording)
-        floor = min((one for moment in recording.moments for one in _floors(moment)), default=None)
+        floor = min((one for sample in recording.samples for one in _floors(sample)), default=None)
         self._add_floor(_lowest(recording) if floor is None else floor)
         self._cells = {name: self._add_cells(one) for name, one in stage.coatings.items()}
         self.model = self._spec.compile()
@@ -92,30 +92,30 @@ class FilmModel:
             number: int(mocap) for number, mocap in enumerate(self.model.body_mocapid) if mocap >= 0
         }
 
-    def place(self, moment: Moment, people: Sequence[Stance]) -> None:
+    def place(self, sample: PoseSample, people: Sequence[Stance]) -> None:
         """Put everything where it is in a picture.
 
         Args:
-            moment: the picture.
+            sample: the picture.
             people: stances of the people.
         """
         places = self._places
-        for number, pose in zip(places.robot, self._arm.poses(moment), strict=True):
+        for number, pose in zip(places.robot, self._arm.poses(sample), strict=True):
             self._put(number, pose)
         if places.carriage is not None:
-            self._put(places.carriage, Pose(moment.base, UPRIGHT))
+            self._put(places.carriage, Pose(sample.base, UPRIGHT))
         for index, number in enumerate(places.actors):
-            self._show_at(number, moment.poses.get(index))
+            self._show_at(number, sample.poses.get(index))
         for index, parts in enumerate(places.people):
             poses = part_poses(people[index]) if index < len(people) else [None] * len(parts)
             for number, place in zip(parts, poses, strict=True):
                 self._show_at(number, place)
         for name, (first, count) in self._cells.items():
-            left = np.frombuffer(moment.coated.get(name, "").encode("latin-1"), np.uint8) == ord("1")
+            left = np.frombuffer(sample.coated.get(name, "").encode("latin-1"), np.uint8) == ord("1")
             shown = np.zeros(count, dtype=np.bool_)
             shown[: len(left)] = left[:count]
             self.model.geom_group[first : first + count] = np.where(shown, SHOWN_GROUP, HIDDEN_GROUP)
-        self.model.light_pos[0] = np.add(moment.base, _SUN)
+        self.model.light_pos[0] = np.add(sample.base, _SUN)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 
@@ -141,9 +141,9 @@ class FilmModel:
         actors = tuple(
             self._add(one.shapes if pose is None else self._without_floors(one.shapes, pose), ())
             for number, one in enumerate(stage.actors)
-            for pose in (recording.moments[0].poses.get(number),)
+            for pose in (recording.samples[0].poses.get(number),)
         )
-        crowd = max(len(moment.people) for moment in recording.moments)
+        crowd = max(len(sample.people) for sample in recording.samples)
         people = tuple(tuple(self._add(part, ()) for part in PERSON_PARTS) for _ in range(crowd))
         return _Places(robot, carriage, actors, people)
 
@@ -302,13 +302,13 @@ def _empty_description(size: tuple[int, int]) -> Any:
     return spec
 
 
-def _floors(moment: Moment) -> Iterator[float]:
-    yield from (person.floor for person in moment.people)
+def _floors(sample: PoseSample) -> Iterator[float]:
+    yield from (person.floor for person in sample.people)
 
 
 def _lowest(recording: Recording) -> float:
     """Return the height of the lowest box of a scene, m."""
-    first = recording.moments[0]
+    first = recording.samples[0]
     heights = [
         pose.position[2] + shape.place.position[2] + shape.size[2] / 2.0
         for number, actor in enumerate(recording.stage.actors)
@@ -371,18 +371,18 @@ class MeshArm:
         self._links = tuple(meshes)
         self.parts = tuple(ArmPart(meshes=one) for one in meshes.values())
 
-    def poses(self, moment: Moment) -> Iterator[Pose]:
+    def poses(self, sample: PoseSample) -> Iterator[Pose]:
         """Place the links.
 
         Args:
-            moment: a picture.
+            sample: a picture.
 
         Yields:
             Pose of each part in W.
         """
-        positions = dict.fromkeys(self._visuals.sliding_joints, moment.gap / 2.0)
-        positions |= dict(zip(self._joints, moment.joints, strict=False))
-        base = Pose(moment.base, UPRIGHT)
+        positions = dict.fromkeys(self._visuals.sliding_joints, sample.gap / 2.0)
+        positions |= dict(zip(self._joints, sample.joints, strict=False))
+        base = Pose(sample.base, UPRIGHT)
         for link in self._links:
             yield compose(base, self._visuals.link_pose(link, positions))
 
@@ -405,19 +405,19 @@ class HullArm:
         finger = ArmPart((VisualShape("box", _FINGER, _JOINT_COLOUR),))
         self.parts = (*links, finger, finger)
 
-    def poses(self, moment: Moment) -> Iterator[Pose]:
+    def poses(self, sample: PoseSample) -> Iterator[Pose]:
         """Place the links.
 
         Args:
-            moment: a picture.
+            sample: a picture.
 
         Yields:
             Pose of each part in W.
         """
-        base = Pose(moment.base, UPRIGHT)
+        base = Pose(sample.base, UPRIGHT)
         frames = [
             Pose(frame.origin, _orientation(np.array(frame[1:]).T))
-            for frame in frames_of(self._mountings, moment.joints)
+            for frame in frames_of(self._mountings, sample.joints)
         ]
         for _, joint, _ in self._hulls:
             yield compose(base, frames[joint])
@@ -425,7 +425,7 @@ class HullArm:
         hand = Pose((0.0, 0.0, self._robot.flange), (0.0, 0.0, float(np.sin(half)), float(np.cos(half))))
         reach = self._robot.tool + 0.008 - _FINGER[2] / 2.0
         for side in (-1.0, 1.0):
-            place = Pose((0.0, side * (moment.gap + _FINGER[1]) / 2.0, reach), UPRIGHT)
+            place = Pose((0.0, side * (sample.gap + _FINGER[1]) / 2.0, reach), UPRIGHT)
             yield compose(base, compose(compose(frames[-1], hand), place))
 
 

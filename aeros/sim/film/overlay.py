@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from aeros.sim.film.captions import STATUS_TEXTS, Caption, Gauge, Sighting, Status
+from aeros.sim.film.captions import STATUS_TEXTS, Caption, Detection, Gauge, Status
 from aeros.sim.geometry import Camera, camera_axes, subtract
 
 Colour = tuple[int, int, int]
@@ -20,7 +20,7 @@ GREEN: Final[Colour] = (46, 160, 90)
 AMBER: Final[Colour] = (236, 150, 20)
 RED: Final[Colour] = (214, 48, 49)
 GREY: Final[Colour] = (120, 128, 140)
-SIGHTED: Final[Colour] = (235, 30, 140)
+DETECTED: Final[Colour] = (235, 30, 140)
 
 STATUS_COLOURS: Final[dict[Status, Colour]] = {
     "allowed": GREEN,
@@ -93,7 +93,11 @@ class Overlay:
         return np.asarray(image)
 
     def inset_size(self) -> tuple[int, int]:
-        """Return the greatest width and height of an inset, pixels."""
+        """Compute the size of an inset.
+
+        Returns:
+            Its greatest width and height, pixels.
+        """
         return self._scaled(272), self._scaled(204)
 
     # Internals.
@@ -142,8 +146,8 @@ class Overlay:
         self._text(draw, (left + u(40), top + u(18)), badge, size, (255, 255, 255))
         gauges_left = right - u(430)
         room = gauges_left - left - u(46)
-        beside = self._cut(caption.action, 20, room - width - u(16))
-        self._text(draw, (left + u(26) + width + u(16), top + u(22)), beside, 20, _BRIGHT)
+        described = self._cut(caption.action, 20, room - width - u(16))
+        self._text(draw, (left + u(26) + width + u(16), top + u(22)), described, 20, _BRIGHT)
         self._text(draw, (left + u(26), top + u(62)), self._cut(caption.headline, 20, room), 20, _BRIGHT)
         below = "   ".join(part for part in (caption.skill, caption.rule) if part)
         self._text(draw, (left + u(26), top + u(94)), self._cut(below, 16, room), 16, _DIM)
@@ -183,15 +187,15 @@ class Overlay:
         return bottom + u(12)
 
 
-def mark_sightings(
-    picture: Image.Image, camera: Camera, sightings: Sequence[Sighting], unit: float
+def mark_detections(
+    picture: Image.Image, camera: Camera, detections: Sequence[Detection], unit: float
 ) -> Image.Image:
     """Mark what was detected in the picture of a camera.
 
     Args:
         picture: the picture.
         camera: the camera that took it.
-        sightings: what was detected.
+        detections: what was detected.
         unit: size of a pixel of a picture 720 pixels high, pixels.
 
     Returns:
@@ -201,7 +205,7 @@ def mark_sightings(
     draw = ImageDraw.Draw(image)
     right, up, ahead = camera_axes(camera)
     scale = image.height / 2.0 / tan(radians(camera.field_of_view) / 2.0)
-    for label, position in sightings:
+    for label, position in detections:
         away = subtract(position, camera.eye)
         x, y, z = (sum(a * b for a, b in zip(axis, away, strict=True)) for axis in (right, up, ahead))
         if z <= 0.0:
@@ -211,7 +215,7 @@ def mark_sightings(
             continue
         radius = 7.0 * unit
         ring = (at[0] - radius, at[1] - radius, at[0] + radius, at[1] + radius)
-        draw.ellipse(ring, outline=SIGHTED, width=max(1, round(2 * unit)))
+        draw.ellipse(ring, outline=DETECTED, width=max(1, round(2 * unit)))
         font = _font_of(max(8, round(12 * unit)))
         width = font.getlength(legible(label))
         place = (min(max(0.0, at[0] - width / 2.0), image.width - width), at[1] + radius)

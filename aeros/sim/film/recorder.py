@@ -17,10 +17,10 @@ from aeros.sim.film.recording import (
     PICTURES_PER_SECOND,
     Actor,
     CoatingFigure,
-    Moment,
+    PoseSample,
     RobotFigure,
     Stage,
-    encode_moment,
+    encode_sample,
     encode_stage,
 )
 from aeros.sim.geometry import Camera, Pose, Vector3
@@ -74,7 +74,7 @@ class PoseRecorder:
         self._file: BinaryIO = open_private(path)
         self._parts: PlantParts | None = None
         self._actors: tuple[PlacedActor, ...] = ()
-        self._before: Moment | None = None
+        self._before: PoseSample | None = None
         self._wiped: dict[str, tuple[int, str]] = {}
 
     def begin(self, parts: PlantParts) -> None:
@@ -111,7 +111,7 @@ class PoseRecorder:
         robot = self._parts.robot
         state, (base, _) = robot.read_sensors(), robot.true_points()
         command, _ = robot.tool_command()
-        moment = Moment(
+        sample = PoseSample(
             round(world.time, _DIGITS),
             tuple(round(one, _DIGITS) for one in state.q),
             _rounded(base),
@@ -123,8 +123,8 @@ class PoseRecorder:
             ),
             {name: self._cells(name, one) for name, one in self._parts.scene.coatings().items()},
         )
-        self._write(encode_moment(moment, self._before))
-        self._before = moment
+        self._write(encode_sample(sample, self._before))
+        self._before = sample
 
     def _cells(self, name: str, coating: CoatingMap) -> str:
         """Return which cells of a layer are still there; cells never become coated again."""

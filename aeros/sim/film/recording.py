@@ -110,7 +110,7 @@ class Stage:
 
 
 @dataclass(frozen=True)
-class Moment:
+class PoseSample:
     """The state of a run at one picture.
 
     Attributes:
@@ -141,11 +141,11 @@ class Recording:
 
     Attributes:
         stage: what is the same in each picture.
-        moments: the pictures, in the order of their time; at least one.
+        samples: the pictures, in the order of their time; at least one.
     """
 
     stage: Stage
-    moments: Sequence[Moment]
+    samples: Sequence[PoseSample]
 
 
 # Writing.
@@ -187,31 +187,31 @@ def encode_stage(stage: Stage) -> str:
     )
 
 
-def encode_moment(moment: Moment, before: Moment | None) -> str:
+def encode_sample(sample: PoseSample, before: PoseSample | None) -> str:
     """Encode a picture.
 
     Args:
-        moment: the picture, its numbers rounded as they are to be written.
+        sample: the picture, its numbers rounded as they are to be written.
         before: the picture before it; None for the first.
 
     Returns:
         The line, without what is as before.
     """
-    line: dict[str, Any] = {"t": moment.time}
+    line: dict[str, Any] = {"t": sample.time}
     plain = {"q": "joints", "base": "base", "gap": "gap", "command": "command", "people": "people"}
     for key, name in plain.items():
-        value = getattr(moment, name)
+        value = getattr(sample, name)
         if before is None or value != getattr(before, name):
             line[key] = value
     known = {} if before is None else before.poses
     moved = {
         str(number): None if pose is None else (*pose.position, *pose.orientation)
-        for number, pose in moment.poses.items()
+        for number, pose in sample.poses.items()
         if number not in known or known[number] != pose
     }
     coated = {
         name: cells
-        for name, cells in moment.coated.items()
+        for name, cells in sample.coated.items()
         if before is None or before.coated.get(name) != cells
     }
     line |= {key: value for key, value in (("move", moved), ("coated", coated)) if value}
@@ -265,16 +265,16 @@ def read_recording(path: Path) -> Recording:
         raise RecordingError(f"`{path}` cannot be read: {failure.strerror}") from failure
     # A line that a killed run did not finish has no end; after the last complete one there is an empty text.
     stage: Stage | None = None
-    moments: list[Moment] = []
+    samples: list[PoseSample] = []
     for number, line in enumerate(lines[:-1], start=1):
         try:
             content = json.loads(line)
             if "schema" in content:
                 POSES.require_current(content, path)
-                stage, moments = _stage(content), []
+                stage, samples = _stage(content), []
             else:
                 actors = 0 if stage is None else len(stage.actors)
-                moments.append(_moment(content, moments[-1] if moments else Moment(0.0), actors))
+                samples.append(_sample(content, samples[-1] if samples else PoseSample(0.0), actors))
         except FormatVersionError as failure:
             raise RecordingError(str(failure)) from failure
         except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as failure:
@@ -282,9 +282,9 @@ def read_recording(path: Path) -> Recording:
                 f"`{path}`, line {number}: no line of a recording ({type(failure).__name__}: {failure}); "
                 "run the task again to record it anew"
             ) from failure
-    if stage is None or not moments:
+    if stage is None or not samples:
         raise RecordingError(f"`{path}` has no picture: the run ended before its clock started")
-    return Recording(stage, moments)
+    return Recording(stage, samples)
 
 
 def _stage(content: Mapping[str, Any]) -> Stage:
@@ -320,7 +320,7 @@ def _stage(content: Mapping[str, Any]) -> Stage:
     )
 
 
-def _moment(content: Mapping[str, Any], before: Moment, actors: int) -> Moment:
+def _sample(content: Mapping[str, Any], before: PoseSample, actors: int) -> PoseSample:
     (time,) = _numbers([content["t"]], 1)
     changed: dict[str, Any] = {"time": time}
     if "q" in content:
@@ -385,7 +385,11 @@ def _positive(content: Any) -> float:
 
 
 def _numbers(content: Iterable[Any], count: int | None = None) -> Iterator[float]:
-    """Yield numbers, of which there are `count` if it is given."""
+    """Yield numbers.
+
+    Raises:
+        ValueError: one is no finite number, or there are not `count` of them.
+    """
     numbers = list(content)
     if count is not None and len(numbers) != count:
         raise ValueError(f"{len(numbers)} numbers in place of {count}")

@@ -38,7 +38,7 @@ class Line(NamedTuple):
     colour: Rgba
 
 
-class Disc(NamedTuple):
+class FloorRing(NamedTuple):
     """A level disc with a rim.
 
     Attributes:
@@ -82,7 +82,7 @@ class Dot(NamedTuple):
     colour: Rgba
 
 
-Mark = Line | Disc | Zone | Dot
+Mark = Line | FloorRing | Zone | Dot
 
 
 class ScenePictures:
@@ -166,7 +166,7 @@ def _geoms_of(mark: Mark) -> Iterator[tuple[Any, Any, Any, Any, Rgba]]:
                 if found is not None:
                     middle, half, axes = found
                     yield kinds.mjGEOM_CAPSULE, np.array((width / 2.0, half, half)), middle, axes, colour
-        case Disc(middle, radius, colour, fill):
+        case FloorRing(middle, radius, colour, fill):
             red, green, blue, _ = colour
             if fill > 0.0:
                 size = np.array((radius, 0.0005, 0.0))

@@ -25,7 +25,7 @@ def test_causes_have_the_values_that_broke_them() -> None:
         ([{"rule": "a", "shortfalls": [{}, {**NEAR, "value": None}, {**NEAR, "bound": float("nan")}]}], 1),
     ],
 )
-def test_what_has_another_form_is_left_out(recorded: object, count: int) -> None:
+def test_causes_of_another_form_are_left_out(recorded: object, count: int) -> None:
     causes = read_causes(recorded)
     assert len(causes) == count
     assert all(one.shortfalls == () for one in causes)

@@ -102,10 +102,10 @@ def test_a_plant_is_closed_however_the_block_ends(monkeypatch: pytest.MonkeyPatc
     assert made.closed == 2
 
 
-def test_a_video_that_cannot_be_written_at_the_end_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_recording_that_cannot_be_completed_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plant_factory, "_build_symbolic", lambda *_: Closing(OSError("disk full")))
     with (
-        pytest.raises(PlantSetupError, match="the video cannot be written: disk full"),
+        pytest.raises(PlantSetupError, match="the recording cannot be completed: disk full"),
         open_plant("symbolic", proved()[0], TIDY, 0),
     ):
         pass

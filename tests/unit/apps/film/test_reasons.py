@@ -31,7 +31,7 @@ def test_a_reason_has_the_value_and_its_bound(causes: list[RuleCause], text: str
     assert reason_text(causes) == text
 
 
-def test_an_action_is_told_with_what_was_allowed() -> None:
+def test_the_text_of_an_action_has_the_allowed_speed() -> None:
     assert action_text("move_tool", {"speed": 0.45}, {"speed": 0.2}) == "move tool at 0.20 m/s"
     assert action_text("move_tool", {"speed": 0.45}, {}) == "move tool at 0.45 m/s"
     assert action_text("look", {}, {"camera": "overhead"}) == "look with camera overhead"

@@ -43,10 +43,10 @@ def test_a_motion_has_a_path_and_values_have_their_bounds() -> None:
     assert caption.separation.slow == pytest.approx(2.3)
     assert [zone.name for zone in caption.zones] == ["bench_area"]
     assert caption.camera == "overhead"
-    assert "wrapper" in {one.label for one in caption.sightings}
+    assert "wrapper" in {one.label for one in caption.detections}
 
 
-def test_who_waits_has_no_path_and_still_the_distance_that_is_needed() -> None:
+def test_a_waiting_robot_has_no_path_and_still_a_needed_distance() -> None:
     caption = captions()(4.9)
     assert caption.joint_path == ()
     assert caption.action == "asked for: move tool at 0.10 m/s"
@@ -54,7 +54,7 @@ def test_who_waits_has_no_path_and_still_the_distance_that_is_needed() -> None:
     assert caption.separation.stop == pytest.approx(0.886, abs=0.001)
 
 
-def test_before_the_first_decision_and_without_a_site_there_is_less_to_tell() -> None:
+def test_before_the_first_decision_and_without_a_site_captions_have_less() -> None:
     assert captions()(-1.0) == Caption()
     without = RunCaptions(read_run_data(RUN), {})(4.2)
     assert (without.status, without.gauges, without.zones) == ("slowed", (), ())

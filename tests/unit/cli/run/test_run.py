@@ -210,7 +210,7 @@ def test_an_object_is_fetched_on_physics_and_recorded(
 ) -> None:
     assert _run(tmp_path, "--seed", "3", instruction="fetch the object") == Exit.SUCCESS
     assert "measured on the physics plant: fetch_object.object_delivered = true" in capsys.readouterr().out
-    assert len(read_recording(tmp_path / "out" / "poses.jsonl").moments) > 300
+    assert len(read_recording(tmp_path / "out" / "poses.jsonl").samples) > 300
 
 
 def test_a_bag_holds_each_decision_and_where_the_joints_were(

@@ -270,7 +270,7 @@ def test_an_interrupted_run_leaves_a_recording_and_a_file_up_to_there(tmp_path: 
     _, text = run.communicate(timeout=120.0)
     assert b"stopping the robot; press Ctrl-C again to exit at once" in text
     assert run.returncode == Exit.INTERRUPTED
-    assert len(read_recording(tmp_path / "out" / "poses.jsonl").moments) > 30
+    assert len(read_recording(tmp_path / "out" / "poses.jsonl").samples) > 30
     received = messages_in(tmp_path / "run.mcap")
     recorded = verify_log(tmp_path / "out" / "audit.jsonl").records
     assert len(received["/aeros/events"]) == recorded

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from aeros.sim.engine.people import PersonFigure
-from aeros.sim.film.recording import Actor, CoatingFigure, Moment, Recording, RobotFigure, Stage
+from aeros.sim.film.recording import Actor, CoatingFigure, PoseSample, Recording, RobotFigure, Stage
 from aeros.sim.geometry import UPRIGHT, Camera, Pose
 from aeros.sim.pictures.visual_shapes import VisualShape
 from tests.unit.sim.robot.panda import PANDA
@@ -27,10 +27,10 @@ STAGE = Stage(
 READY = (0.0, -0.7854, 0.0, -2.3562, 0.0, 1.5708, 0.7854)
 
 
-def moments(count: int = 31, step: float = 1 / 30) -> list[Moment]:
+def samples(count: int = 31, step: float = 1 / 30) -> list[PoseSample]:
     """Pictures of a person who walks along -x; the box appears in the second, dirt goes in the third."""
     return [
-        Moment(
+        PoseSample(
             round(number * step, 4),
             READY,
             (0.0, 0.0, 0.0),
@@ -46,4 +46,4 @@ def moments(count: int = 31, step: float = 1 / 30) -> list[Moment]:
 
 def recording(count: int = 31) -> Recording:
     """The recording."""
-    return Recording(STAGE, moments(count))
+    return Recording(STAGE, samples(count))

@@ -24,9 +24,9 @@ def is_seen(camera: Camera, point: Vector3) -> bool:
 @pytest.mark.parametrize("mode", ["orbit", "fixed"])
 def test_arm_and_person_are_in_every_picture(mode: CameraMode) -> None:
     whole = recording(120)
-    cameras = plan_cameras(whole, whole.moments, mode, (1280, 720), 30)
-    for camera, moment in zip(cameras, whole.moments, strict=True):
-        person = moment.people[0]
+    cameras = plan_cameras(whole, whole.samples, mode, (1280, 720), 30)
+    for camera, sample in zip(cameras, whole.samples, strict=True):
+        person = sample.people[0]
         assert all(is_seen(camera, (x, y, z)) for x in (-0.2, 0.6) for y in (-0.3, 0.3) for z in (0.0, 0.8))
         assert is_seen(camera, (person.x, person.y, person.floor + person.height))
     steps = [dist(a.eye, b.eye) for a, b in pairwise(cameras)]
@@ -36,5 +36,5 @@ def test_arm_and_person_are_in_every_picture(mode: CameraMode) -> None:
 
 def test_a_single_picture_has_a_camera() -> None:
     whole = recording(1)
-    (camera,) = plan_cameras(whole, whole.moments, "orbit", (640, 360), 15)
+    (camera,) = plan_cameras(whole, whole.samples, "orbit", (640, 360), 15)
     assert is_seen(camera, (0.3, 0.0, 0.3))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aeros.sim.film.captions import Caption, Separation
+from aeros.sim.film.captions import Caption, PersonSeparation
 from aeros.sim.film.film import EmptyFilmError, FilmFrames, FilmOptions, make_film
 from tests.unit.sim.film.recordings import recording
 from tests.unit.sim.films import frames_of
@@ -35,7 +35,7 @@ def test_a_part_after_the_end_is_refused() -> None:
 
 
 def test_a_film_is_drawn_with_captions_rings_and_a_camera(opengl: str, tmp_path: Path) -> None:
-    caption = Caption("waiting", "person at 0.61 m", camera="top", separation=Separation(0.6, 0.9, 2.3))
+    caption = Caption("waiting", "person at 0.61 m", camera="top", separation=PersonSeparation(0.6, 0.9, 2.3))
     done: list[tuple[int, int]] = []
     options = replace(SMALL, end=0.1)
     films = []

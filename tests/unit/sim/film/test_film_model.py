@@ -8,24 +8,24 @@ import pytest
 from aeros.sim.film import film_model
 from aeros.sim.film.film_model import HIDDEN_GROUP, FilmModel, HullArm, MeshArm, arm_of
 from aeros.sim.film.person_shapes import stances_of
-from tests.unit.sim.film.recordings import ROBOT, moments, recording
+from tests.unit.sim.film.recordings import ROBOT, recording, samples
 
 URDF = "franka_panda/panda.urdf"
 
 
-def test_what_a_picture_does_not_have_is_hidden() -> None:
+def test_things_that_a_picture_does_not_have_are_hidden() -> None:
     film = FilmModel(recording(3), (320, 180))
-    stances = stances_of([moment.people for moment in moments(3)])
+    stances = stances_of([sample.people for sample in samples(3)])
     shown = []
-    for moment, people in zip(moments(3), stances, strict=True):
-        film.place(moment, people)
+    for sample, people in zip(samples(3), stances, strict=True):
+        film.place(sample, people)
         shown.append(int((film.model.geom_group != HIDDEN_GROUP).sum()))
     # The box appears in the second picture, and three of four cells are wiped in the third.
     assert np.diff(shown).tolist() == [1, -3]
-    film.place(moments(1)[0], [])
+    film.place(samples(1)[0], [])
     assert (film.model.geom_group == HIDDEN_GROUP).sum() > 10
     box = np.flatnonzero((film.model.geom_rgba[:, 0] > 0.79) & (film.model.geom_size == 0.05).all(axis=1))
-    film.place(moments(3)[2], [])
+    film.place(samples(3)[2], [])
     assert film.data.geom_xpos[box[0]].tolist() == pytest.approx([0.5, 0.0, 0.05])
 
 
@@ -38,12 +38,12 @@ def test_meshes_and_hulls_of_an_arm_are_in_the_same_place(monkeypatch: pytest.Mo
     meshes, hulls = arm_of(robot), arm_of(ROBOT)
     assert isinstance(meshes, MeshArm)
     assert isinstance(hulls, HullArm)
-    moment = moments(1)[0]
-    links = list(meshes.poses(moment))[:8]
-    for mesh, hull in zip(links, list(hulls.poses(moment))[:8], strict=True):
+    sample = samples(1)[0]
+    links = list(meshes.poses(sample))[:8]
+    for mesh, hull in zip(links, list(hulls.poses(sample))[:8], strict=True):
         assert mesh.position == pytest.approx(hull.position, abs=1e-6)
         assert abs(np.dot(mesh.orientation, hull.orientation)) == pytest.approx(1.0, abs=1e-6)
-    *_, left, right = meshes.poses(moment)
+    *_, left, right = meshes.poses(sample)
     assert np.linalg.norm(np.subtract(left.position, right.position)) == pytest.approx(0.08, abs=1e-6)
     monkeypatch.setattr(film_model, "data_folder", lambda: None)
     assert isinstance(arm_of(robot), HullArm)

@@ -8,15 +8,15 @@ import pytest
 
 from aeros.sim.engine.people import PersonFigure
 from aeros.sim.film.person_shapes import PERSON_PARTS, part_poses, stances_of
-from tests.unit.sim.film.recordings import moments
+from tests.unit.sim.film.recordings import samples
 
 
-def test_who_walks_looks_ahead_and_swings_and_who_stands_does_not() -> None:
-    walking = stances_of([moment.people for moment in moments(60)])
+def test_a_walker_looks_ahead_and_swings_and_a_bystander_does_not() -> None:
+    walking = stances_of([sample.people for sample in samples(60)])
     assert all(stances[0].heading == pytest.approx(pi) for stances in walking)
     assert walking[-1][0].pace > 0.9
     assert walking[-1][0].phase > 2.0 * pi
-    standing = stances_of([moments(1)[0].people] * 60)
+    standing = stances_of([samples(1)[0].people] * 60)
     assert standing[-1][0].pace == 0.0
 
 
@@ -36,7 +36,7 @@ def test_a_person_is_as_high_as_declared_and_stands_on_the_floor() -> None:
     assert max(heights) == pytest.approx(1.45, abs=0.03)
 
 
-def test_who_appears_later_is_behind_the_others() -> None:
+def test_a_person_who_appears_later_is_behind_the_others() -> None:
     one, other = PersonFigure(0.0, 0.0, 0.0, 1.75, 0.25), PersonFigure(3.0, 0.0, 0.0, 1.75, 0.25)
     stances = stances_of([(one,), (one, other), (one, other._replace(y=0.5))])
     assert [len(one) for one in stances] == [1, 2, 2]

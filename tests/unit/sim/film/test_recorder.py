@@ -25,14 +25,14 @@ def test_a_plant_is_recorded_with_its_looks_and_its_layers(tmp_path: Path) -> No
     plant.close()
     plant.close()
     read = read_recording(path)
-    times = [moment.time for moment in read.moments]
+    times = [sample.time for sample in read.samples]
     assert times == pytest.approx([number / 30 for number in range(int(ended * 30 + 1e-6) + 1)], abs=1e-4)
-    assert read.moments[-1].joints == pytest.approx(truth, abs=2e-3)
+    assert read.samples[-1].joints == pytest.approx(truth, abs=2e-3)
     assert {one.body for one in read.stage.actors} == scene.bodies.keys()
     looks = sum(len(one.shapes) for one in read.stage.actors if one.body == "sponge")
     assert looks == len(scene.bodies["sponge"].look) > 3
     assert read.stage.cameras.keys() == scene.cameras.keys()
-    assert set(read.moments[0].coated["dirt"]) == {"1"}
+    assert set(read.samples[0].coated["dirt"]) == {"1"}
     assert read.stage.robot.carriage is not None
     # A world at rest costs a line of some 30 bytes a picture.
     assert len(path.read_bytes().splitlines()[-1]) < 200

@@ -8,34 +8,34 @@ from pathlib import Path
 
 import pytest
 
-from aeros.sim.film.recording import RecordingError, encode_moment, encode_stage, read_recording
-from tests.unit.sim.film.recordings import STAGE, moments
+from aeros.sim.film.recording import RecordingError, encode_sample, encode_stage, read_recording
+from tests.unit.sim.film.recordings import STAGE, samples
 
 
 def written(path: Path) -> Path:
-    pictures = moments(4)
-    lines = [encode_stage(STAGE), encode_moment(pictures[0], None)]
-    path.write_text("".join(lines + [encode_moment(after, before) for before, after in pairwise(pictures)]))
+    pictures = samples(4)
+    lines = [encode_stage(STAGE), encode_sample(pictures[0], None)]
+    path.write_text("".join(lines + [encode_sample(after, before) for before, after in pairwise(pictures)]))
     return path
 
 
 def test_a_recording_is_read_as_it_was_written(tmp_path: Path) -> None:
     read = read_recording(written(tmp_path / "poses.jsonl"))
     assert read.stage == STAGE
-    assert read.moments == moments(4)
+    assert read.samples == samples(4)
 
 
 def test_a_line_has_only_what_differs() -> None:
-    first, second, third = moments(3)
-    assert json.loads(encode_moment(second, first)).keys() == {"t", "people", "move"}
-    assert json.loads(encode_moment(second, first))["move"].keys() == {"0"}
-    assert json.loads(encode_moment(third, second)).keys() == {"t", "people", "coated"}
+    first, second, third = samples(3)
+    assert json.loads(encode_sample(second, first)).keys() == {"t", "people", "move"}
+    assert json.loads(encode_sample(second, first))["move"].keys() == {"0"}
+    assert json.loads(encode_sample(third, second)).keys() == {"t", "people", "coated"}
 
 
 def test_the_last_start_counts_and_a_line_that_was_cut_off_does_not(tmp_path: Path) -> None:
     path = written(tmp_path / "poses.jsonl")
     path.write_text(path.read_text() * 2 + '{"t": 7')
-    assert read_recording(path).moments == moments(4)
+    assert read_recording(path).samples == samples(4)
 
 
 @pytest.mark.parametrize(
