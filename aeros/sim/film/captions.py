@@ -7,7 +7,9 @@ from typing import Final, Literal, NamedTuple
 
 from aeros.sim.geometry import Vector3
 
-Status = Literal["allowed", "slowed", "denied", "stopped", "waiting", "paused", "reached", "failed", "idle"]
+Status = Literal[
+    "allowed", "slowed", "denied", "stopped", "waiting", "paused", "reached", "failed", "idle", "unchecked"
+]
 """What the robot does, and the verdict of the gate that it follows from."""
 
 STATUS_TEXTS: Final[dict[Status, str]] = {
@@ -20,6 +22,7 @@ STATUS_TEXTS: Final[dict[Status, str]] = {
     "reached": "GOAL REACHED",
     "failed": "TASK FAILED",
     "idle": "THINKING",
+    "unchecked": "NO GATE",
 }
 
 

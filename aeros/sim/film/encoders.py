@@ -13,7 +13,7 @@ from PIL import Image
 FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
 """Pillow's names of the formats of animated pictures, by file suffix."""
 
-_WEBP_QUALITY: Final = 62
+_WEBP_QUALITY: Final = 55
 """Quality of a picture, of 100: text stays legible."""
 
 _CONSTANT_RATE: Final = "23"

@@ -182,7 +182,7 @@ class _Insets:
     def close(self, sample: PoseSample, main: Camera, pictures: ScenePictures) -> tuple[str, Image.Image]:
         """Return label and picture of a camera near the hand."""
         (tool,) = tool_path(self._recording.stage.robot, [sample.joints], sample.base)
-        return "the hand", _image(pictures.draw(close_camera(tool, main, self._size)))
+        return "the hand", _image(pictures.draw(close_camera(tool, main, self._size), has_shadows=False))
 
 
 def _image(picture: NDArray[np.uint8]) -> Image.Image:

@@ -32,6 +32,7 @@ STATUS_COLOURS: Final[dict[Status, Colour]] = {
     "reached": GREEN,
     "failed": RED,
     "idle": GREY,
+    "unchecked": GREY,
 }
 
 _PANEL: Final = (18, 24, 34, 214)

@@ -47,6 +47,7 @@ class PlacedActor(NamedTuple):
         link: number of its link; -1 for the base.
         joint: number of the joint that decides if it is shown; None if it always is.
         range: least and greatest position of that joint in which it is shown, rad or m.
+        is_fixed: True if it never moves.
     """
 
     actor: Actor
@@ -54,6 +55,7 @@ class PlacedActor(NamedTuple):
     link: int
     joint: int | None = None
     range: tuple[float, float] = (0.0, 0.0)
+    is_fixed: bool = False
 
 
 class PoseRecorder:
@@ -111,13 +113,17 @@ class PoseRecorder:
         robot = self._parts.robot
         state, (base, _) = robot.read_sensors(), robot.true_points()
         command, _ = robot.tool_command()
+        before = self._before
         sample = PoseSample(
             round(world.time, _DIGITS),
             tuple(round(one, _DIGITS) for one in state.q),
             _rounded(base),
             round(state.finger_gap, _DIGITS),
             _rounded(np.add(command, base).tolist()),
-            {number: _pose(world, one) for number, one in enumerate(self._actors)},
+            {
+                number: _pose(world, one) if before is None or not one.is_fixed else before.poses[number]
+                for number, one in enumerate(self._actors)
+            },
             tuple(
                 PersonFigure(*(round(part, _DIGITS) for part in one)) for one in self._parts.people.figures()
             ),
@@ -164,13 +170,16 @@ def _actors_of(placed: PlacedBody) -> Iterator[PlacedActor]:
         yield from _actors_of_look(placed)
         return
     if not isinstance(body.shape, UrdfModel):
-        yield PlacedActor(Actor(body.name, "", tuple(shapes_of(body.shape, body.colour))), placed.number, -1)
+        actor = Actor(body.name, "", tuple(shapes_of(body.shape, body.colour)))
+        yield PlacedActor(actor, placed.number, -1, is_fixed=not body.is_movable)
         return
     by_link: dict[str, list[VisualShape]] = {}
     for link, shape in UrdfVisuals(body.shape.path).shapes:
         by_link.setdefault(link, []).append(shape)
     for link, shapes in by_link.items():
-        yield PlacedActor(Actor(body.name, link, tuple(shapes)), placed.number, placed.links[link])
+        number = placed.links[link]
+        is_fixed = number < 0 and not body.is_movable
+        yield PlacedActor(Actor(body.name, link, tuple(shapes)), placed.number, number, is_fixed=is_fixed)
 
 
 def _actors_of_look(placed: PlacedBody) -> Iterator[PlacedActor]:
@@ -183,9 +192,9 @@ def _actors_of_look(placed: PlacedBody) -> Iterator[PlacedActor]:
     for (link, joint, shown), shapes in groups.items():
         actor = Actor(placed.body.name, link or "", tuple(shapes))
         number = -1 if link is None else placed.links[link]
-        yield PlacedActor(
-            actor, placed.number, number, None if joint is None else placed.joints[joint], shown
-        )
+        condition = None if joint is None else placed.joints[joint]
+        is_fixed = number < 0 and condition is None and not placed.body.is_movable
+        yield PlacedActor(actor, placed.number, number, condition, shown, is_fixed)
 
 
 def _robot_figure(parts: PlantParts) -> RobotFigure:

@@ -97,7 +97,6 @@ class ScenePictures:
         self._film = film
         self._size = size
         self._scene = mujoco.MjvScene(film.model, maxgeom=film.model.ngeom + MARKS_MAX)
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = True
         self._scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = True
         self._scene.flags[mujoco.mjtRndFlag.mjRND_HAZE] = True
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
@@ -107,17 +106,21 @@ class ScenePictures:
         self._context = mujoco.MjrContext(film.model, mujoco.mjtFontScale.mjFONTSCALE_100)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
 
-    def draw(self, camera: Camera, marks: Iterable[Mark] = ()) -> NDArray[np.uint8]:
+    def draw(
+        self, camera: Camera, marks: Iterable[Mark] = (), *, has_shadows: bool = True
+    ) -> NDArray[np.uint8]:
         """Draw a picture.
 
         Args:
             camera: in W; its width and height are those of the picture.
             marks: what is drawn besides the bodies.
+            has_shadows: draw shadows, which takes half of the time.
 
         Returns:
             The picture (height, width, 3), 0 to 255.
         """
         scene, film = self._scene, self._film
+        scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = has_shadows
         mujoco.mjv_updateScene(
             film.model,
             film.data,
