@@ -111,7 +111,7 @@ def _clip_of_both_gates(folder: Path, path: Path) -> None:
     for is_open, title in ((True, "adversarial module, no gate"), (False, "same module behind the gate")):
         out = folder / ("off" if is_open else "on")
         _run_adversary(out, is_open=is_open)
-        options = FilmOptions(_HALF, camera="fixed", end=_SECONDS, title=title)
+        options = FilmOptions(_HALF, camera="fixed", end=_SECONDS, title=title, has_insets=False)
         captions = _captions(out, site)
         shown = (lambda time, own=captions: _unchecked(own(time))) if is_open else captions
         halves.append(FilmFrames(read_recording(out / "poses.jsonl"), shown, options, _RATE))
@@ -129,8 +129,7 @@ def _unchecked(caption: Caption) -> Caption:
         headline=f"person at {measured:.2f} m, and the arm goes on" if near else "",
         separation=PersonSeparation(measured, _NEEDED, _SLOW),
         gauges=tuple(
-            gauge._replace(bound=_NEEDED) if gauge.label == "person distance" else gauge
-            for gauge in caption.gauges
+            gauge._replace(bound=_NEEDED) if gauge.label == "person" else gauge for gauge in caption.gauges
         ),
     )
 

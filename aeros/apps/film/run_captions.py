@@ -133,7 +133,7 @@ class RunCaptions:
             speed = None if state.decision is None else state.decision.decided.get("speed")
             if unit == "m/s" and type(speed) is float and (bound is None or speed < bound):
                 bound = speed
-            label = "person distance" if is_person else in_words(quantity.name)
+            label = "person" if is_person else in_words(quantity.name)
             scale = max(full, 1.15 * bound) if bound is not None and bound < 5.0 * full else full
             yield Gauge(label, self._value(quantity.name, time), bound, is_upper, unit, scale)
 

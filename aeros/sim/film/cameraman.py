@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import atan2, cos, hypot, pi, radians, sin
 from typing import Final, Literal, NamedTuple
 
@@ -30,23 +30,39 @@ _ARM_RADIUS: Final = 0.84
 _CLOSE: Final = 0.42
 """Level distance of the camera near the hand, m."""
 
-_NEAR: Final = 3.2
-"""Distance from the arm's base within which a person is in the picture, m."""
+_NEAR: Final[Mapping[CameraMode, float]] = {"orbit": 3.2, "fixed": 1.9}
+"""Distance from the arm's base within which a person is in the picture, m; a fixed one lets them walk in."""
 
 _SMOOTHING: Final = 1.6
 """Time over which the camera follows, s of the film."""
+
+_MARGIN: Final = 1.08
+"""Height of a picture over that of the things in it."""
+
+_DEPTH: Final = 0.30
+"""Addition to it for a person, who may be nearer to the camera than the arm."""
+
+_ASIDE: Final = 0.16
+"""Share of half a wide picture's width by which things are left of its middle: insets are at the right."""
 
 _RISE: Final = 0.14
 """Share of the picture's height by which things are above its middle: captions are below."""
 
 
 class _Ball(NamedTuple):
-    """A ball that is to be in the picture: its middle and radius, m."""
+    """A ball that is to be in the picture, m.
+
+    Attributes:
+        x, y, z: its middle.
+        radius: its radius.
+        height: radius of the greatest ball in it that is not beside another one.
+    """
 
     x: float
     y: float
     z: float
     radius: float
+    height: float
 
 
 def plan_cameras(
@@ -64,22 +80,26 @@ def plan_cameras(
     Returns:
         The cameras.
     """
-    balls = np.array([_ball(recording, sample) for sample in samples])
+    balls = np.array([_ball(recording, sample, _NEAR[mode]) for sample in samples])
     if mode == "fixed":
         low, high = balls[:, :3].min(axis=0), balls[:, :3].max(axis=0)
         middle = (low + high) / 2.0
         reach = np.linalg.norm(balls[:, :3] - middle, axis=1) + balls[:, 3]
-        balls = np.tile(np.array([*middle, reach.max()]), (len(samples), 1))
+        balls = np.tile(np.array([*middle, reach.max(), balls[:, 4].max()]), (len(samples), 1))
     else:
         balls = _smoothed(balls, max(1, round(_SMOOTHING * rate)))
-    azimuth = _azimuth(recording, samples)
+    azimuth = _azimuth(recording, samples, _NEAR[mode])
     cameras = []
-    for number, (x, y, z, radius) in enumerate(balls.tolist()):
+    for number, (x, y, z, radius, height) in enumerate(balls.tolist()):
         swing = _SWING * sin(2.0 * pi * number / (rate * _SWING_PERIOD)) if mode == "orbit" else 0.0
-        distance = radius / sin(radians(_FIELD_OF_VIEW) / 2.0)
+        margin = _MARGIN + _DEPTH * min(1.0, (height / _ARM_RADIUS - 1.0) / 0.1)
+        held = max(margin * height, radius * size[1] / size[0])
+        distance = held / sin(radians(_FIELD_OF_VIEW) / 2.0)
         turn = azimuth + swing
         # The point that it looks at is below the middle, so that the middle is above that of the picture.
-        target = (x, y, z - 2.0 * _RISE * radius)
+        aside = _ASIDE * held * size[0] / size[1] if size[0] > 1.5 * size[1] else 0.0
+        x, y = x - aside * sin(turn), y + aside * cos(turn)
+        target = (x, y, z - 2.0 * _RISE * held)
         eye = (
             x + distance * cos(_ELEVATION) * cos(turn),
             y + distance * cos(_ELEVATION) * sin(turn),
@@ -109,14 +129,15 @@ def close_camera(tool: Vector3, main: Camera, size: tuple[int, int]) -> Camera:
     return Camera(eye, (x, y, z - 0.01), (0.0, 0.0, 1.0), _FIELD_OF_VIEW, width, height, far=40.0)
 
 
-def _ball(recording: Recording, sample: PoseSample) -> _Ball:
+def _ball(recording: Recording, sample: PoseSample, near: float) -> _Ball:
     """Return the ball around the arm, and around people that are near it."""
     bx, by, bz = sample.base
     dx, dy = _facing(recording)
     x, y, z, radius = bx + 0.3 * dx, by + 0.3 * dy, bz + 0.22, _ARM_RADIUS
+    height = radius
     for person in sample.people:
         away = hypot(person.x - bx, person.y - by)
-        if away > _NEAR:
+        if away > near:
             continue
         px, py, pz, own = person.x, person.y, person.floor + person.height / 2.0, 0.55 * person.height
         gap = ((px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2) ** 0.5
@@ -124,7 +145,8 @@ def _ball(recording: Recording, sample: PoseSample) -> _Ball:
             wider = (gap + own + radius) / 2.0
             share = (wider - radius) / gap
             x, y, z, radius = x + share * (px - x), y + share * (py - y), z + share * (pz - z), wider
-    return _Ball(x, y, z, radius)
+            height = max(height, own)
+    return _Ball(x, y, z, radius, height)
 
 
 def _facing(recording: Recording) -> tuple[float, float]:
@@ -134,7 +156,7 @@ def _facing(recording: Recording) -> tuple[float, float]:
     return ((tx - bx) / length, (ty - by) / length) if length > 1e-3 else (1.0, 0.0)
 
 
-def _azimuth(recording: Recording, samples: Sequence[PoseSample]) -> float:
+def _azimuth(recording: Recording, samples: Sequence[PoseSample], near: float) -> float:
     """Choose the side from which a film is taken, rad: people stand beside the arm, and not before it."""
     view = recording.stage.view
     usual = atan2(view.eye[1] - view.target[1], view.eye[0] - view.target[0])
@@ -142,7 +164,7 @@ def _azimuth(recording: Recording, samples: Sequence[PoseSample]) -> float:
         (person.x - sample.base[0], person.y - sample.base[1])
         for sample in samples
         for person in sample.people
-        if hypot(person.x - sample.base[0], person.y - sample.base[1]) < _NEAR
+        if hypot(person.x - sample.base[0], person.y - sample.base[1]) < near
     ]
     if not ways:
         return usual

@@ -42,6 +42,7 @@ class FilmOptions:
         end: time in the run at which it ends, s; None for the end of the run.
         title: text at its top.
         has_captions: True to draw captions and marks.
+        has_insets: True to draw what cameras see beside captions.
     """
 
     size: tuple[int, int] = (1280, 720)
@@ -51,6 +52,7 @@ class FilmOptions:
     end: float | None = None
     title: str = ""
     has_captions: bool = True
+    has_insets: bool = True
 
 
 class EmptyFilmError(Exception):
@@ -141,11 +143,12 @@ class FilmFrames:
                     yield pictures.draw(camera)
                     continue
                 caption = self._caption_at(sample.time)
-                seen = insets.latest(caption, film, pictures)
+                seen = insets.latest(caption, film, pictures) if options.has_insets else ()
                 film.place(sample, stances)
                 drawn = pictures.draw(camera, marks_of(sample, caption, self._recording.stage.robot))
-                close = insets.close(sample, camera, pictures)
-                yield overlay.draw(drawn, caption, _clock(sample.time, options.speed), (*seen, close))
+                if options.has_insets:
+                    seen = (*seen, insets.close(sample, camera, pictures))
+                yield overlay.draw(drawn, caption, _clock(sample.time, options.speed), seen)
 
 
 class _Insets:

@@ -256,7 +256,7 @@ def _empty_description(size: tuple[int, int]) -> Any:
     look.headlight.diffuse = (0.30, 0.30, 0.30)
     look.headlight.specular = (0.05, 0.05, 0.05)
     look.map.znear, look.map.zfar = 0.02, 30.0
-    look.map.shadowclip, look.map.fogstart, look.map.fogend = 4.0, 1.7, 3.4
+    look.map.shadowclip, look.map.fogstart, look.map.fogend = 4.0, 3.0, 6.0
     look.rgba.fog = (0.86, 0.89, 0.93, 1.0)
     spec.add_texture(
         name="sky",

@@ -36,7 +36,7 @@ def test_a_motion_has_a_path_and_values_have_their_bounds() -> None:
     assert (speed.label, speed.is_upper, speed.unit) == ("tool speed", True, "m/s")
     assert speed.bound == pytest.approx(0.2)
     assert (force.bound, force.unit) == (65.0, "N")
-    assert distance.label == "person distance"
+    assert distance.label == "person"
     assert distance.value == pytest.approx(1.19, abs=0.05)
     assert distance.bound == pytest.approx(0.927, abs=0.001)
     assert caption.separation is not None
