@@ -39,7 +39,7 @@ _SMOOTHING: Final = 1.6
 _MARGIN: Final = 1.08
 """Height of a picture over that of the things in it."""
 
-_DEPTH: Final = 0.30
+_DEPTH: Final = 0.38
 """Addition to it for a person, who may be nearer to the camera than the arm."""
 
 _ASIDE: Final = 0.16

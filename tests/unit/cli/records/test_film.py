@@ -53,6 +53,7 @@ def test_a_film_has_the_options_that_were_given(
         "end": 9.5,
         "title": "demo",
         "has_captions": False,
+        "has_insets": True,
     }
 
 
