@@ -46,6 +46,8 @@ _ROOT: Final = Path(__file__).resolve().parent.parent
 _CLIPS: Final = _ROOT / "docs" / "clips"
 _ADVERSARY: Final = _ROOT / "experiments" / "adversaries" / "rusher"
 
+_TASK: Final = "make dumplings"
+
 _RATE: Final = 12
 """Pictures per second: clips are to be small."""
 
@@ -85,10 +87,10 @@ def make_clips(names: Sequence[str]) -> None:
             path = _CLIPS / f"{name}.webp"
             match name:
                 case "dumpling":
-                    _clip_of_run(folder / name, path, (), FilmOptions(_SIZE, speed=6.0))
+                    _clip_of_run(folder / name, path, (), FilmOptions(_SIZE, speed=6.0, title=_TASK))
                 case "person":
                     people = ("--people", "at_the_bench")
-                    film = FilmOptions(_SIZE, start=2.0, end=2.0 + _SECONDS, camera="fixed")
+                    film = FilmOptions(_SIZE, start=2.0, end=2.0 + _SECONDS, camera="fixed", title=_TASK)
                     _clip_of_run(folder / name, path, people, film)
                 case "gate":
                     _clip_of_both_gates(folder, path)
@@ -99,7 +101,7 @@ def make_clips(names: Sequence[str]) -> None:
 
 def _clip_of_run(out: Path, path: Path, options: Sequence[str], film: FilmOptions) -> None:
     """Run the dumpling task and film it."""
-    command = [sys.executable, "-m", "aeros", "run", "make dumplings", *options]
+    command = [sys.executable, "-m", "aeros", "run", _TASK, *options]
     command += ["--out", str(out), "--state", f"{out}-agent", "--ecms", "ecms", "--unsigned"]
     subprocess.run(command, cwd=_ROOT, check=True, stdout=subprocess.DEVNULL)  # noqa: S603  our own command
     _write(path, film.size, _frames(out, film))

@@ -30,7 +30,7 @@ _ARM_RADIUS: Final = 0.84
 _CLOSE: Final = 0.42
 """Level distance of the camera near the hand, m."""
 
-_NEAR: Final[Mapping[CameraMode, float]] = {"orbit": 3.2, "fixed": 1.9}
+_NEAR: Final[Mapping[CameraMode, float]] = {"orbit": 3.2, "fixed": 2.4}
 """Distance from the arm's base within which a person is in the picture, m; a fixed one lets them walk in."""
 
 _SMOOTHING: Final = 1.6

@@ -49,6 +49,9 @@ _WHOLE: Final = 20.0
 _FAR: Final = 3.0
 """Multiple of the end of a scale beyond which a distance is not told."""
 
+_LABELLED: Final = 0.7
+"""Height of a picture over 720 pixels below which detections have no labels: they would cover it."""
+
 _NEAR_BOUND: Final = 0.85
 """Share of a bound above which a gauge is amber."""
 
@@ -217,6 +220,8 @@ def mark_detections(
         radius = 7.0 * unit
         ring = (at[0] - radius, at[1] - radius, at[0] + radius, at[1] + radius)
         draw.ellipse(ring, outline=DETECTED, width=max(1, round(2 * unit)))
+        if unit < _LABELLED:
+            continue
         font = _font_of(max(8, round(12 * unit)))
         width = font.getlength(legible(label))
         place = (min(max(0.0, at[0] - width / 2.0), image.width - width), at[1] + radius)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from aeros.sim.film.captions import STATUS_TEXTS, Caption, Gauge, Status
+from aeros.sim.film.captions import STATUS_TEXTS, Caption, Detection, Gauge, Status
 from aeros.sim.film.overlay import (
     AMBER,
+    DETECTED,
     GREEN,
     GREY,
     RED,
@@ -16,7 +17,9 @@ from aeros.sim.film.overlay import (
     Overlay,
     gauge_colour,
     legible,
+    mark_detections,
 )
+from aeros.sim.geometry import Camera
 
 BLANK = np.full((720, 1280, 3), 255, dtype=np.uint8)
 
@@ -62,6 +65,20 @@ def test_the_picture_of_a_camera_is_in_the_corner() -> None:
     overlay = Overlay((1280, 720), "")
     assert tuple(overlay.draw(BLANK, Caption(), "", [inset, inset])[300, 1200]) == (1, 2, 3)
     assert overlay.inset_size()[0] < 300
+
+
+def test_detections_are_marked_where_the_camera_sees_them() -> None:
+    camera = Camera((0.4, 0.0, 1.0), (0.4, 0.0, 0.0), (1.0, 0.0, 0.0), 50.0, 320, 240)
+    black = Image.new("RGB", (320, 240))
+    behind, aside, ahead = (0.4, 0.0, 2.0), (5.0, 0.0, 0.0), (0.4, 0.0, 0.0)
+    detections = [Detection("thing", place) for place in (behind, aside, ahead)]
+    marked = np.asarray(mark_detections(black, camera, detections, 1.0))
+    rows, columns = np.nonzero(marked.sum(axis=2) > 0)
+    assert (abs(rows - 120) < 40).all()
+    assert (abs(columns - 160) < 40).all()
+    assert tuple(marked[113, 160]) == DETECTED
+    small = np.asarray(mark_detections(black, camera, detections, 0.5))
+    assert 0 < (small.sum(axis=2) > 0).sum() < (marked.sum(axis=2) > 0).sum() / 3
 
 
 def test_texts_are_in_letters_that_the_font_has() -> None:
