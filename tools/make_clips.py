@@ -32,7 +32,7 @@ from aeros.runtime.ports import StepRequest, StepStatus
 from aeros.session.assembly import build_executor
 from aeros.session.scene_files import scene_named
 from aeros.sim.engine.people import Person, Waypoint
-from aeros.sim.film.captions import Caption, PersonSeparation
+from aeros.sim.film.captions import Caption, Gauge, PersonSeparation
 from aeros.sim.film.encoders import open_encoder
 from aeros.sim.film.film import FilmFrames, FilmOptions
 from aeros.sim.film.recorder import PoseRecorder
@@ -70,6 +70,9 @@ _GUEST: Final = Person(
 _NEEDED: Final = 0.886
 _SLOW: Final = 2.3
 """Distances of people of the reference site's rules `arm-standing` and `reduced-speed-near-person`, m."""
+
+_REDUCED: Final = 0.2
+"""Speed of the tool near people that the second of these rules allows, m/s."""
 
 _PATIENCE: Final = 1.0
 """Time after which the module asks again, s, as the agent of `aeros run` does."""
@@ -130,10 +133,17 @@ def _unchecked(caption: Caption) -> Caption:
         status="unchecked",
         headline=f"person at {measured:.2f} m, and the arm goes on" if near else "",
         separation=PersonSeparation(measured, _NEEDED, _SLOW),
-        gauges=tuple(
-            gauge._replace(bound=_NEEDED) if gauge.label == "person" else gauge for gauge in caption.gauges
-        ),
+        gauges=tuple(_with_bound(gauge, measured) for gauge in caption.gauges),
     )
+
+
+def _with_bound(gauge: Gauge, person: float | None) -> Gauge:
+    """Put the bound on a gauge that the site demands, and nobody enforces."""
+    if gauge.label == "person":
+        return gauge._replace(bound=_NEEDED)
+    if gauge.unit == "m/s" and person is not None and person < _SLOW:
+        return gauge._replace(bound=_REDUCED)
+    return gauge
 
 
 def _run_adversary(out: Path, *, is_open: bool) -> None:

@@ -27,7 +27,7 @@ HIDDEN_GROUP: Final = 5
 _HULL_ROUNDING: Final = 0.012
 """Radius with which the hulls of links are rounded, m."""
 
-_SUN: Final = (1.5, -1.2, 4.0)
+_SUN: Final = (0.75, -0.6, 2.0)
 """Position of the light that casts shadows, from the arm's base, m."""
 
 _FLOOR_EDGE: Final = 2.0
@@ -256,7 +256,7 @@ def _empty_description(size: tuple[int, int]) -> Any:
     look.headlight.diffuse = (0.30, 0.30, 0.30)
     look.headlight.specular = (0.05, 0.05, 0.05)
     look.map.znear, look.map.zfar = 0.02, 30.0
-    look.map.shadowclip, look.map.fogstart, look.map.fogend = 4.0, 3.0, 6.0
+    look.map.shadowclip, look.map.fogstart, look.map.fogend = 5.0, 3.0, 6.0
     look.rgba.fog = (0.86, 0.89, 0.93, 1.0)
     spec.add_texture(
         name="sky",

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 
 import pytest
 
-pytest.importorskip("mujoco")
-
 from aeros.sim.film.gl_context import OpenGlError, offscreen_context
 
 
