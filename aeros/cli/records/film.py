@@ -60,7 +60,10 @@ def add_to(commands: Subparsers) -> None:
         help="film to write: *.mp4, *.webp or *.gif (default: film.mp4 in that folder)",
     )  # fmt: skip
     parser.add_argument(
-        "--size", type=_size, metavar="WxH", help="(default: 1280x720; 640x360 for *.webp and *.gif)"
+        "--size",
+        type=_size,
+        metavar="WxH",
+        help="width and height, pixels (default: 1280x720; 640x360 for *.webp and *.gif)",
     )
     parser.add_argument("--speed", type=_speed, default=1.0, help="times as fast as the run (default: 1)")
     parser.add_argument(
@@ -71,7 +74,7 @@ def add_to(commands: Subparsers) -> None:
         "--from", type=_time, dest="start", default=0.0, metavar="S", help="start, in s of the run"
     )
     parser.add_argument("--to", type=_time, dest="end", metavar="S", help="end, in s of the run")
-    parser.add_argument("--title", default="", help="(default: the instruction of the run)")
+    parser.add_argument("--title", default="", help="text at the top (default: the instruction of the run)")
     parser.add_argument("--no-captions", action="store_true", help="draw the bodies alone")
     parser.add_argument("--site", type=existing_path, help="the site file of the run")
     parser.add_argument(
