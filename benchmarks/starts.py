@@ -3,7 +3,8 @@
 Each run is `aeros run` in a process and with a memory of its own, on the physics plant unless --plant names
 another, without a recording of poses; seeds are 0, 1, and so on from --first-seed, and each gives another
 start (docs/starts.md).  With --faults or --people things go wrong or a person walks about; with --deviation
-the cell is not as the robot takes it to be (benchmarks/deviations.py).  A run counts as reached if the goal is true in the simulator, which the agent does not see; what the agent believes is counted beside
+the cell is not as the robot takes it to be (benchmarks/deviations.py).  A run counts as reached if the goal
+is true in the simulator, which the agent does not see; what the agent believes is counted beside
 it.  Processor time is of the whole process, its start included.
 """
 
