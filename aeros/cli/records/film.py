@@ -38,9 +38,6 @@ examples:
 
 _SIZE: Final = re.compile(r"([1-9]\d{1,3})x([1-9]\d{1,3})")
 
-_DEFAULT_SIZES: Final = {".mp4": (1280, 720)}
-"""Width and height by suffix, pixels; of other suffixes half as much, as their files are larger."""
-
 _QUIET_S: Final = 2.0
 """Time after which progress is shown, s."""
 
@@ -118,9 +115,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
         print("aeros: --to must be after --from", file=sys.stderr)
         return Exit.USAGE
     sites = {site.digest: site for site in available_sites(arguments.state, arguments.site)}
-    size = arguments.size or _DEFAULT_SIZES.get(path.suffix, (640, 360))
     options = {
-        "size": size,
+        "size": arguments.size or default_size(path),
         "speed": arguments.speed,
         "camera": arguments.camera,
         "start": arguments.start,
@@ -129,6 +125,18 @@ def _command(arguments: argparse.Namespace) -> Exit:
         "has_captions": not arguments.no_captions,
     }
     return write_film(arguments.folder, path, sites, options)
+
+
+def default_size(path: Path) -> tuple[int, int]:
+    """Return the size of a film without the option.
+
+    Args:
+        path: The film's file.
+
+    Returns:
+        Width and height, pixels.
+    """
+    return (1280, 720) if path.suffix == ".mp4" else (640, 360)
 
 
 def write_film(folder: Path, path: Path, sites: Mapping[str, Site], options: Mapping[str, object]) -> Exit:
@@ -145,7 +153,8 @@ def write_film(folder: Path, path: Path, sites: Mapping[str, Site], options: Map
     """
     began = time.monotonic()
     try:
-        content = film_run(folder, path, _film_options(options), sites, _shows_progress())
+        chosen = _film_options({"size": default_size(path), **options})
+        content = film_run(folder, path, chosen, sites, _shows_progress())
         replace_durably(path, content, is_private=False)
     except FilmError as error:
         print(f"aeros: {error}", file=sys.stderr)

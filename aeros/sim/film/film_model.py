@@ -11,7 +11,7 @@ import numpy as np
 from aeros.kinematic_chain import Mounting, frames_of, mounting_of
 from aeros.sim.film.meshes import Mesh, data_folder, meshes_of_urdf, rounded_corners
 from aeros.sim.film.person_shapes import PERSON_PARTS, Stance, part_poses
-from aeros.sim.film.recording import CoatingFigure, PoseSample, Recording, RobotFigure
+from aeros.sim.film.recording import CoatingFigure, PoseSample, Recording, RecordingError, RobotFigure
 from aeros.sim.geometry import UPRIGHT, Pose, compose
 from aeros.sim.mujoco.client import mujoco
 from aeros.sim.mujoco.model import wxyz
@@ -69,6 +69,9 @@ class FilmModel:
         recording: the recording.
         size: width and height of the greatest picture, pixels.
 
+    Raises:
+        RecordingError: a shape has no volume.
+
     Attributes:
         model: the `MjModel`.
         data: its state, the `MjData`.
@@ -83,7 +86,10 @@ class FilmModel:
         floor = min((one for sample in recording.samples for one in _floors(sample)), default=None)
         self._add_floor(_lowest(recording) if floor is None else floor)
         self._cells = {name: self._add_cells(one) for name, one in stage.coatings.items()}
-        self.model = self._spec.compile()
+        try:
+            self.model = self._spec.compile()
+        except ValueError as failure:
+            raise RecordingError(f"a shape of the recording cannot be drawn: {failure}") from failure
         self.data = mujoco.MjData(self.model)
         self._shapes_of = [
             np.flatnonzero(self.model.geom_bodyid == number) for number in range(self.model.nbody)
@@ -451,8 +457,8 @@ def arm_of(robot: RobotFigure) -> MeshArm | HullArm:
         The arm, by its meshes if they are installed, else by its hulls.
     """
     folder = data_folder()
-    path = None if folder is None or not robot.urdf else folder / robot.urdf
-    if path is None or not path.is_file():
+    path = None if folder is None or not robot.urdf else (folder / robot.urdf).resolve()
+    if path is None or folder is None or folder.resolve() not in path.parents or not path.is_file():
         return HullArm(robot)
     meshes: dict[str, tuple[tuple[Pose, Mesh], ...]] = {}
     for one in meshes_of_urdf(path):

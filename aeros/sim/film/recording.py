@@ -274,7 +274,9 @@ def read_recording(path: Path) -> Recording:
                 stage, samples = _stage(content), []
             else:
                 actors = 0 if stage is None else len(stage.actors)
-                samples.append(_sample(content, samples[-1] if samples else PoseSample(0.0), actors))
+                sample = _sample(content, samples[-1] if samples else PoseSample(0.0), actors)
+                _check_joints(sample, stage)
+                samples.append(sample)
         except FormatVersionError as failure:
             raise RecordingError(str(failure)) from failure
         except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as failure:
@@ -287,6 +289,18 @@ def read_recording(path: Path) -> Recording:
     return Recording(stage, samples)
 
 
+def _check_joints(sample: PoseSample, stage: Stage | None) -> None:
+    """Check that a picture has a position for each joint.
+
+    Raises:
+        ValueError: it has not, or there is no line with the shapes before it.
+    """
+    if stage is None:
+        raise ValueError("the first line has no `schema`")
+    if len(sample.joints) != len(stage.robot.rows):
+        raise ValueError(f"{len(sample.joints)} joint positions in place of {len(stage.robot.rows)}")
+
+
 def _stage(content: Mapping[str, Any]) -> Stage:
     robot = content["robot"]
     flange, turn, tool = _numbers(robot["hand"], 3)
@@ -296,7 +310,7 @@ def _stage(content: Mapping[str, Any]) -> Stage:
             _text(robot["name"]),
             tuple(_vector(row) for row in robot["rows"]),
             tuple(
-                (_text(link), int(joint), tuple(map(_vector, corners)))
+                (_text(link), range(len(robot["rows"]) + 1)[joint], tuple(map(_vector, corners)))
                 for link, joint, corners in robot["hulls"]
             ),
             flange,

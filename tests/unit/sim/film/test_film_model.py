@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from aeros.sim.film import film_model
 from aeros.sim.film.film_model import HIDDEN_GROUP, FilmModel, HullArm, MeshArm, arm_of
 from aeros.sim.film.person_shapes import stances_of
+from aeros.sim.film.recording import Actor, Recording, RecordingError
+from aeros.sim.pictures.visual_shapes import VisualShape
 from tests.unit.sim.film.recordings import ROBOT, recording, samples
 
 URDF = "franka_panda/panda.urdf"
@@ -29,10 +33,18 @@ def test_things_that_a_picture_does_not_have_are_hidden() -> None:
     assert film.data.geom_xpos[box[0]].tolist() == pytest.approx([0.5, 0.0, 0.05])
 
 
+def test_a_shape_that_cannot_be_drawn_is_named() -> None:
+    flat = VisualShape("box", (0.1, 0.1, 0.0), (0.8, 0.1, 0.1))
+    whole = recording(1)
+    stage = replace(whole.stage, actors=(Actor("box", "", (flat,)), *whole.stage.actors[1:]))
+    with pytest.raises(RecordingError, match="a shape of the recording cannot be drawn"):
+        FilmModel(Recording(stage, whole.samples), (320, 180))
+    outside = replace(ROBOT, urdf="../../../etc/hostname")
+    assert isinstance(arm_of(outside), HullArm)
+
+
 def test_meshes_and_hulls_of_an_arm_are_in_the_same_place(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pybullet_data")
-    from dataclasses import replace
-
     names = tuple(f"panda_joint{number}" for number in range(1, 8))
     robot = replace(ROBOT, urdf=URDF, urdf_joints=names)
     meshes, hulls = arm_of(robot), arm_of(ROBOT)
