@@ -114,7 +114,7 @@ def run_options_to_2(text: str) -> str:
         UnmigratableError: it is not an object.
         ValueError: it is not JSON.
     """
-    return _run_options(text, "aeros/run/2")
+    return _run_options(text, 2)
 
 
 def run_options_to_3(text: str) -> str:
@@ -130,16 +130,16 @@ def run_options_to_3(text: str) -> str:
         UnmigratableError: it is not an object.
         ValueError: it is not JSON.
     """
-    return _run_options(text, "aeros/run/3")
+    return _run_options(text, 3)
 
 
-def _run_options(text: str, schema: str) -> str:
+def _run_options(text: str, version: int) -> str:
     options = json.loads(text)
     if not isinstance(options, dict):
         raise UnmigratableError("it is damaged: the options of a run are an object")
     names = {_attribute(old): _attribute(new) for old, new in RENAMED_OPTIONS["run"].items()}
     renamed = {names.get(name, name): value for name, value in options.items()}
-    return json.dumps({**renamed, "schema": schema}, indent=1)
+    return json.dumps({**renamed, "schema": f"aeros/run/{version}"}, indent=1)
 
 
 def _attribute(option: str) -> str:
