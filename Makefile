@@ -23,7 +23,7 @@ COVERED := 97:aeros/runtime/gate/*.py,aeros/runtime/gate/compiled/*.py 98:aeros/
 LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-strip-extras --custom-compile-command 'make lock'
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help install demo quick test deep format lint types layers proofs pytest mutation coverage benchmark hook tools schemas dist lock clean
+.PHONY: help install demo clips quick test deep format lint types layers proofs pytest mutation coverage benchmark hook tools schemas dist lock clean
 
 help: ## list the targets
 	@awk -F ' ## ' '/^[a-z]+:.* ## / { sub(/:.*/, "", $$1); printf "  make %-9s %s\n", $$1, $$2 }' Makefile
@@ -38,6 +38,9 @@ demo: install ## prove ecms/, then one agent makes dumplings on the simulated Pa
 	@plant=$$($(BIN)/python -c 'from importlib.util import find_spec; print("" if find_spec("pybullet") else " --plant mujoco")'); \
 	echo "$$ aeros run \"make dumplings\"$$plant --out $(DEMO)"; \
 	$(BIN)/aeros run "make dumplings" $$plant --out $(DEMO) --state $(DEMO)-agent
+
+clips: $(VENV)/.installed-test ## make the clips of the README anew: 20 minutes of two cores; CLIPS='gate' for one
+	@$(BIN)/python -m tools.make_clips $(CLIPS)
 
 quick: $(VENV)/.installed-test ## what is fast: under 90 s of processor time, once mypy has its cache
 	@$(MAKE) --no-print-directory --keep-going format lint types layers pytest-quick
@@ -119,7 +122,7 @@ dist: $(VENV)/.installed-tools ## build the package into dist/ and check what a 
 lock: $(VENV)/.installed-tools ## renew requirements/*.txt: newest versions that pyproject.toml allows, with their hashes
 	@echo '== uv pip compile'
 	@$(LOCK) --upgrade --extra test --no-emit-package pybullet pyproject.toml requirements/build.in -o requirements/test.txt
-	@$(LOCK) --upgrade --extra sim --extra mujoco --no-emit-package pybullet \
+	@$(LOCK) --upgrade --extra sim --extra film --no-emit-package pybullet \
 	  --constraint requirements/test.txt pyproject.toml requirements/build.in -o requirements/install.txt
 	@sed -n 's/^sim = .*"\(pybullet==[^"]*\)".*/\1/p' pyproject.toml | $(LOCK) --upgrade - -o requirements/simulator.txt
 	@$(LOCK) --upgrade --group tools --constraint requirements/test.txt requirements/build.in -o requirements/tools.txt

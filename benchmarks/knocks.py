@@ -78,7 +78,7 @@ def run_knock(knock: Knock, seed: int) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "knock.yaml"
         path.write_text(json.dumps(faults_of(knock)), encoding="utf-8")
-        run = run_once(knock.instruction, ["--no-video", "--faults", str(path)], None, seed)
+        run = run_once(knock.instruction, ["--no-film", "--faults", str(path)], None, seed)
     return {"knock": knock.name, "can": knock.can, "judgement": judge(knock, run), **run}
 
 

@@ -120,7 +120,7 @@ def _run_here(instruction: str, scene: str, seed: int) -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out"
-        command = ["run", instruction, "--seed", str(seed), "--scene", scene, "--no-video"]
+        command = ["run", instruction, "--seed", str(seed), "--scene", scene, "--no-film"]
         command += ["--out", str(out)]
         with patch.object(PhysicsPlant, "_step_world", step_and_count):
             run_aeros([*command, "--state", str(Path(folder) / "state")])

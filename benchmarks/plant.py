@@ -1,9 +1,9 @@
 """Measure the cost of deciding and of physics, and the parts of a trial: `python -m benchmarks.plant`.
 
 Each task runs on the physics plant from its beginning to its measured goal: agent with its memory, gate,
-monitor and audit record as in `aeros run`, without a video.  Modules are proved and the gate is compiled
-once; skills run in this process, as for modules that the site trusts (`benchmarks.isolation` measures the
-cost of a worker).  Three times are measured, in turn, of the very same motions:
+monitor and audit record as in `aeros run`, without a recording of poses.  Modules are proved and the gate is
+compiled once; skills run in this process, as for modules that the site trusts (`benchmarks.isolation`
+measures the cost of a worker).  Three times are measured, in turn, of the very same motions:
 
 - raw: PyBullet alone steps a world of the same scene, its motors set as they were in the run;
 - plant: a plant receives the same actions without an agent or gate: planning, motors, sensors;

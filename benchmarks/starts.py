@@ -1,10 +1,10 @@
 """Count how often a task reaches its goal from random starts: `python -m benchmarks.starts "make dumplings"`.
 
 Each run is `aeros run` in a process and with a memory of its own, on the physics plant unless --plant names
-another, without video; seeds are 0, 1, and so on from --first-seed, and each gives another start
-(docs/starts.md).  With --faults or --people things go wrong or a person walks about; with --deviation the
-cell is not as the robot takes it to be (benchmarks/deviations.py).  A run counts as reached
-if the goal is true in the simulator, which the agent does not see; what the agent believes is counted beside
+another, without a recording of poses; seeds are 0, 1, and so on from --first-seed, and each gives another
+start (docs/starts.md).  With --faults or --people things go wrong or a person walks about; with --deviation
+the cell is not as the robot takes it to be (benchmarks/deviations.py).  A run counts as reached if the goal
+is true in the simulator, which the agent does not see; what the agent believes is counted beside
 it.  Processor time is of the whole process, its start included.
 """
 
@@ -177,7 +177,7 @@ def main() -> None:
         parser.add_argument(f"--{option}", help="as of `aeros run`")
     parser.add_argument("--deviation", help="of the cell, by name (benchmarks/deviations.py)")
     arguments = parser.parse_args()
-    options = ["--no-video"]
+    options = ["--no-film"]
     for option in ("plant", "faults", "people"):
         if (given := getattr(arguments, option)) is not None:
             options += [f"--{option}", given]

@@ -22,6 +22,7 @@ EXTRAS: Final = {
     "cvc5": "a second solver: `aeros verify --strict`",
     "distributed": "experiments on a cluster: `aeros experiment --executor`",
     "experiments": "trials of many runs: `aeros experiment`",
+    "film": "films of runs: `aeros film`, `aeros run --film`",
     "kinematic": "robots without physics: `aeros run --plant kinematic`",
     "learned": "modules with networks",
     "learned-proof": "proofs about networks that intervals leave open",
@@ -31,7 +32,6 @@ EXTRAS: Final = {
     "pddl": "classical planners: `aeros run --planner pddl`",
     "ros": "ROS 2 bags and MCAP files: `aeros run --bag`, `--mcap`",
     "sim": "physics by PyBullet: `aeros run`",
-    "video": "films as MP4: `aeros run --video`",
 }
 """What each extra gives a user; extras for those who develop AEROS are left out."""
 

@@ -221,8 +221,8 @@ def mcap_path(text: str) -> Path:
     return _with_suffix(text, (".mcap",))
 
 
-def video_path(text: str) -> Path:
-    """Parse the path of a video to write; its suffix selects the format.
+def film_path(text: str) -> Path:
+    """Parse the path of a film to write; its suffix selects the format.
 
     Args:
         text: The argument.
@@ -231,12 +231,12 @@ def video_path(text: str) -> Path:
         The path.
 
     Raises:
-        argparse.ArgumentTypeError: The suffix is not one of `VIDEO_SUFFIXES`.
+        argparse.ArgumentTypeError: The suffix is not one of `FILM_SUFFIXES`.
     """
-    return _with_suffix(text, VIDEO_SUFFIXES)
+    return _with_suffix(text, FILM_SUFFIXES)
 
 
-VIDEO_SUFFIXES = (".webp", ".gif", ".mp4")
+FILM_SUFFIXES = (".mp4", ".webp", ".gif")
 
 
 def _with_suffix(text: str, known: tuple[str, ...]) -> Path:

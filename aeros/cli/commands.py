@@ -75,6 +75,7 @@ GROUPS: Final[dict[str, CommandGroup]] = {
                 "records.why", "explain why a run failed, a step was denied or the robot stopped"
             ),
             "report": CommandEntry("records.report", "write a finished run as one HTML page"),
+            "film": CommandEntry("records.film", "make a film of a finished run"),
             "audit": CommandEntry("records.audit", "verify, show and replay the audit log of a run"),
             "decide": CommandEntry("run.decide", "decide action requests, one per line of JSON"),
         },

@@ -1,4 +1,4 @@
-"""Open plants by name, with people, faults, scenes and videos; an engine is imported only for physics."""
+"""Open plants by name, with people, faults, scenes and recordings; an engine is imported only for physics."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Final
 
+from aeros.files import make_folder
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.session.plant_provider import PlantProviderError, PlantRequest, open_provided_plant
@@ -154,27 +156,49 @@ def load_run_scene(
     return scene
 
 
-def open_video(plant: str, path: Path) -> Viewer:
-    """Open a video of `plant`, written to `path` when it is closed.
+def open_recorder(plant: str, path: Path) -> Viewer:
+    """Open a recording of the poses of `plant`, from which films are made.
 
     Args:
         plant: The plant's name.
-        path: The file; its suffix selects the format.
+        path: The file; lines are appended.
 
     Returns:
         The recorder.
 
     Raises:
-        PlantSetupError: The plant has no image, or the video cannot be written.
+        PlantSetupError: The file cannot be written.
+    """
+    with _physics_import_errors(plant):
+        from aeros.sim.film.recorder import PoseRecorder
+    try:
+        return PoseRecorder(path)
+    except OSError as failure:
+        raise PlantSetupError(f"cannot write `{path}`: {failure.strerror}; use --no-film") from failure
+
+
+def require_new_film(plant: str, path: Path) -> None:
+    """Check before a run that its film can be written after it.
+
+    Args:
+        plant: The plant's name.
+        path: The film's file.
+
+    Raises:
+        PlantSetupError: The plant has no image, or the file exists already or cannot be written.
     """
     if plant not in PHYSICS_PLANTS:
-        raise _no_image("--video", plant)
-    with _physics_import_errors(plant):
-        from aeros.sim.engine.video import VideoError, VideoRecorder
+        raise _no_image("--film", plant)
     try:
-        return VideoRecorder(path)
-    except VideoError as refusal:
-        raise PlantSetupError(f"{refusal}; give another file with --video") from refusal
+        make_folder(path.parent)
+        with TemporaryFile(dir=path.parent):
+            pass
+    except OSError as failure:
+        raise PlantSetupError(
+            f"cannot write film `{path}`: {failure.strerror}; give another file with --film"
+        ) from failure
+    if path.exists():
+        raise PlantSetupError(f"`{path}` exists already; give another file with --film")
 
 
 def open_viewer(plant: str) -> Viewer:
@@ -190,9 +214,7 @@ def open_viewer(plant: str) -> Viewer:
         PlantSetupError: The plant has no image, or there is no display.
     """
     if plant == "mujoco":
-        raise PlantSetupError(
-            "`--view` needs the physics plant: a window shows PyBullet alone; use `--video`"
-        )
+        raise PlantSetupError("`--view` needs the physics plant: a window shows PyBullet alone; use `--film`")
     if plant != "physics":
         raise _no_image("--view", plant)
     with _physics_import_errors(plant):
@@ -200,7 +222,7 @@ def open_viewer(plant: str) -> Viewer:
     try:
         return ViewerWindow()
     except WindowError as refusal:
-        raise PlantSetupError(f"--view: {refusal}; or use --video, which needs no display") from refusal
+        raise PlantSetupError(f"--view: {refusal}; or use --film, which needs no display") from refusal
 
 
 def _no_image(option: str, plant: str) -> PlantSetupError:
@@ -231,7 +253,7 @@ def open_plant(
         configuration: The vocabulary, and the outcomes that the symbolic plant draws from.
         task: Its scene and initial state.
         seed: Seed of all random numbers.
-        spectators: Video recorder or window (physics).
+        spectators: Recorder of poses or window (physics).
         people: Simulated people (physics).
         faults: Faults to inject (physics).
         on_fault: Called with each event of `faults` as it happens; None to inject no fault.
@@ -242,7 +264,7 @@ def open_plant(
         The plant.
 
     Raises:
-        PlantSetupError: The extra or the plant is missing, or the video cannot be written.
+        PlantSetupError: The extra or the plant is missing, or a recording cannot be completed.
         UserError: There is no such scene, or it cannot be built.
     """
     scene = scene or load_run_scene(name, None, configuration, [task], seed)
@@ -260,7 +282,7 @@ def open_plant(
         try:
             plant.close()
         except OSError as failure:
-            raise PlantSetupError(f"the video cannot be written: {failure}") from failure
+            raise PlantSetupError(f"the recording cannot be completed: {failure}") from failure
 
 
 def open_scene(

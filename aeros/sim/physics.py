@@ -51,21 +51,6 @@ TruthListener = Callable[[GroundTruth], None]
 """Receives the ground truth after every tick, to judge an experiment; nothing that acts may use it."""
 
 
-class Viewer(Protocol):
-    """Something that shows the world to people, as a video or a window, and changes nothing in it."""
-
-    def tick(self, world: EngineWorld, view: Camera) -> None:
-        """Show the world after a tick.
-
-        Args:
-            world: the simulated world; it must not be changed.
-            view: a camera that sees the whole scene.
-        """
-
-    def close(self) -> None:
-        """Finish the recording or close the window; safe to call twice."""
-
-
 class PlantParts(NamedTuple):
     """The parts of a physics plant that a disturbance can act on.
 
@@ -86,6 +71,28 @@ class PlantParts(NamedTuple):
     sensors: Sensors
     people: People
     scanners: ScannerSet | None = None
+
+
+class Viewer(Protocol):
+    """Something that shows the world to people, in a window or in a film, and changes nothing in it."""
+
+    def begin(self, parts: PlantParts) -> None:
+        """Take the parts of the plant; called once, before the first tick.
+
+        Args:
+            parts: parts of the plant; nothing of them may be changed.
+        """
+
+    def tick(self, world: EngineWorld, view: Camera) -> None:
+        """Show the world after a tick.
+
+        Args:
+            world: the simulated world; it must not be changed.
+            view: a camera that sees the whole scene.
+        """
+
+    def close(self) -> None:
+        """Finish the recording or close the window; safe to call twice."""
 
 
 class NoDisturbance:
@@ -131,7 +138,7 @@ class PlantOptions(TypedDict, total=False):
     """Optional keyword arguments of a physics plant.
 
     Attributes:
-        spectators: videos and windows that show the world; none by default.
+        spectators: windows and recorders that show the world; none by default.
         people: simulated people on scripted paths; nobody by default.
         odometry: errors of wheel odometry; none by default.
         scanners: scanners that measure how far people are; by default that is measured exactly.
@@ -191,9 +198,8 @@ class PhysicsPlant(FixedStepPlant):
         self._disturbance = options.get("disturbance") or NoDisturbance()
         self._simulated = robot
         devices = None if self._area_sensor is None else self._area_sensor.devices
-        self._disturbance.attach(
-            PlantParts(self._engine, self._world, robot, scene, self.sensors, self._people, devices)
-        )
+        parts = PlantParts(self._engine, self._world, robot, scene, self.sensors, self._people, devices)
+        self._disturbance.attach(parts)
         super().__init__(robot, scene.cameras)
         if self._area_sensor is not None:
             self._area_sensor.start(RobotPosture(self._state.q, self._state.base_position))
@@ -203,6 +209,8 @@ class PhysicsPlant(FixedStepPlant):
         for camera in scene.initial_cameras:
             # Taken before the clock starts, and so neither late nor lost, nor with faults.
             self._publish(self.sensors.disturb(self._picture(camera), 0))
+        for viewer in self._spectators:
+            viewer.begin(parts)
 
     def now(self) -> float:
         """Implement `Plant.now`: simulated seconds since the scene settled."""

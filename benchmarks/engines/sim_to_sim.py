@@ -39,7 +39,7 @@ CASES: Final = (
 
 def measure(case: Case, plant: str, seeds: Sequence[int]) -> dict[str, Any]:
     """Run a case on a plant, and return the figures of all runs together."""
-    options = ("--no-video", "--plant", plant, *case.options)
+    options = ("--no-film", "--plant", plant, *case.options)
     runs = [run_once(case.instruction, options, None, seed) for seed in seeds]
     forces = [run["force_max"] for run in runs if run["force_max"] is not None]
     distances = [run["distance_min"] for run in runs if run["distance_min"] is not None]

@@ -41,9 +41,6 @@ _PRELOADED: Final = (
 )
 """Modules that most commands import."""
 
-_PICTURE_PERIOD: Final = 10.0
-"""Simulated time between pictures of a film, s. `test_video.py` tests films at the period of `aeros run`."""
-
 _SOCKET: Final = "socket"
 
 _CLIENT: Final = """#!{python} -IS
@@ -163,10 +160,8 @@ def _preload() -> None:
         importlib.import_module(name)
     try:
         import aeros.sim.physics  # noqa: F401
-        from aeros.sim.engine.video import VideoRecorder
     except ImportError:  # PyBullet has wheels for Python 3.11 only
         return
-    VideoRecorder.__init__.__defaults__ = (_PICTURE_PERIOD,)
 
 
 if __name__ == "__main__":

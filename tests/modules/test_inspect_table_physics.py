@@ -20,7 +20,7 @@ CLEAN = "clean_table.table_verified = true"
 
 
 def printed_by(instruction: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> str:
-    folders = ["--out", str(tmp_path / "out"), "--state", str(tmp_path / "robot"), "--no-video"]
+    folders = ["--out", str(tmp_path / "out"), "--state", str(tmp_path / "robot"), "--no-film"]
     assert main(["run", instruction, "--ecms", str(ECMS), "--seed", "7", *folders]) == Exit.SUCCESS
     return capsys.readouterr().out
 

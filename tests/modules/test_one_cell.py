@@ -16,7 +16,7 @@ GOAL = ("--goal", "dumpling_cooked and table_wiped")
 
 
 def run(instruction: str, plant: str, folder: Path, *options: str) -> int:
-    out = ("--out", str(folder / "out"), "--state", str(folder / "robot"), "--no-video")
+    out = ("--out", str(folder / "out"), "--state", str(folder / "robot"), "--no-film")
     where = ("--plant", plant, "--ecms", str(ROOT / "ecms"), "--seed", "701")
     return main(["run", instruction, *options, *where, *out])
 

@@ -49,7 +49,7 @@ def test_the_goal_is_reached(
     bound = [] if make_site is slower_site else bindings(*names)
     around = ["--site", str(make_site(tmp_path)), *bound]
     assert main(["verify", str(tmp_path / "modules"), *around]) == Exit.SUCCESS
-    out = ["--out", str(tmp_path / "out"), "--state", str(tmp_path / "robot"), "--no-video"]
+    out = ["--out", str(tmp_path / "out"), "--state", str(tmp_path / "robot"), "--no-film"]
     ran = ["run", instruction, "--ecms", str(tmp_path / "modules"), "--seed", "100"]
     assert main([*ran, *around, *out]) == Exit.SUCCESS
     printed = capsys.readouterr().out

@@ -25,6 +25,7 @@ ALLOWED = {
     ("sim/bullet/engine.py", "move"),  # people walk by themselves, and the robot does not move them
     ("sim/mujoco/model.py", "_place_moved"),  # people likewise
     ("sim/mujoco/robot.py", "_place_joints"),  # before the clock starts
+    ("sim/film/film_model.py", "_put"),  # a world of a film, of which nothing is measured
     ("sim/bullet/mirror.py", "place"),  # the window's own world, of which nothing is measured
 }
 

@@ -179,7 +179,6 @@ NOT_DURABLE = {
     "aeros/runtime/registry/archive.py": "in a temporary folder",
     "aeros/runtime/registry/bundle_store.py": "flushed as a whole before it is renamed",
     "aeros/runtime/tools/confinement.py": "in a temporary folder",
-    "aeros/sim/engine/video.py": "of a film",
 }
 """Modules that create folders which need not survive a power cut, with the reason."""
 

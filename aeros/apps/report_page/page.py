@@ -17,6 +17,7 @@ from typing import Any
 
 import aeros
 from aeros.apps.drawings.drawing import svg
+from aeros.apps.report_page.film_element import FilmFile, film_element
 from aeros.apps.report_page.plots import COLOURS, Mark, collect_marks, plot, timeline
 from aeros.apps.report_page.rows import DecisionRow, group_decisions
 from aeros.apps.report_page.run_data import RunData, shortened
@@ -28,6 +29,7 @@ from aeros.spec.model.site import Site
 _STYLE = """\
 body{font:14px/1.45 sans-serif;margin:2em auto;max-width:1120px;padding:0 1em;color:#222}
 h1{font-size:1.5em}h2{font-size:1.15em;margin-top:2em;border-bottom:1px solid #ccc}
+video,.film{max-width:100%}
 table{border-collapse:collapse}td,th{text-align:left;vertical-align:top;padding:2px 10px 2px 0}
 .wide td{border-top:1px solid #eee}.bad{color:#c62828;font-weight:bold}.good{color:#2e7d32}
 code,.n{font-family:monospace;overflow-wrap:anywhere}svg{max-width:100%;height:auto;display:block}
@@ -51,7 +53,9 @@ _MAX_MARKS = 300
 _MAX_TEXT_CHARS = 1000
 
 
-def page_of(run: RunData, name: str, sites: Mapping[str, Site], signed: str) -> str:
+def page_of(
+    run: RunData, name: str, sites: Mapping[str, Site], signed: str, film: FilmFile | None = None
+) -> str:
     """Render the page about a run.
 
     Args:
@@ -59,6 +63,7 @@ def page_of(run: RunData, name: str, sites: Mapping[str, Site], signed: str) -> 
         name: Title of the run, such as the name of its folder.
         sites: Sites of the run that are available, by digest; bounds are drawn only for these.
         signed: Result of the check of signatures, as text.
+        film: The film of the run; None if there is none.
 
     Returns:
         An HTML document.
@@ -67,6 +72,7 @@ def page_of(run: RunData, name: str, sites: Mapping[str, Site], signed: str) -> 
     series = build_series(run, sites)
     sections = [
         ("Summary", _summary(run, signed)),
+        *([] if film is None else [("Film", [film_element(film)])]),
         ("Task graph", _plans(run)),
         ("Skill sequence", [svg(run_diagram(run))]),
         ("Timeline", [timeline(run, marks), _legend(), *_marks(marks)]),
@@ -77,6 +83,8 @@ def page_of(run: RunData, name: str, sites: Mapping[str, Site], signed: str) -> 
     ]
     digest = base64.b64encode(hashlib.sha256(_SCRIPT.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'"
+    if film is not None:
+        policy += "; media-src data:; img-src data:"
     title = _text(f"run {name}", 200)
     return "\n".join(
         [

@@ -15,6 +15,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, Final
 
+from aeros.apps.rule_causes import RuleCause, read_causes
 from aeros.apps.stop_text import stop_text
 from aeros.runtime.audit.check import CHECKPOINT, GENESIS, AuditReport, DecisionCounts, Record, verify_log
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
@@ -65,6 +66,8 @@ class RecordedDecision:
         site: Digest of the site in force; None if the log does not name it.
         state: Measured values, as recorded.
         usage: Number of executed actions in the window of each quota.
+        causes: Rules that bit, with the values that broke them.
+        motion: The motion that was decided, as recorded; empty if there is none.
     """
 
     sequence: int
@@ -78,6 +81,8 @@ class RecordedDecision:
     site: str | None
     state: Mapping[str, Any]
     usage: Mapping[str, Any] = field(default_factory=dict)
+    causes: tuple[RuleCause, ...] = ()
+    motion: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -93,6 +98,7 @@ class SkillExecution:
         outcome: Id of the measured outcome; None if there is none.
         failed: The agent's judgement; None if none is recorded.
         previous: The run that ended last before this one began; None for none.
+        causes: Rules that ended it, with the values that broke them.
     """
 
     skill: str
@@ -104,6 +110,7 @@ class SkillExecution:
     role: str = "step"
     outcome: str | None = None
     failed: bool | None = None
+    causes: tuple[RuleCause, ...] = ()
 
     @property
     def result_text(self) -> str:
@@ -300,6 +307,8 @@ class RecordReader:
                 self._sites.get(str(details.get("configuration"))),
                 _inner(details, "state"),
                 _inner(details, "usage"),
+                read_causes(details.get("causes")),
+                _inner(details, "motion"),
             )
         )
 
@@ -309,6 +318,7 @@ class RecordReader:
             run.end_time = self.now
             run.status = str(details.get("status", otherwise))
             run.reason = str(details.get("reason", ""))
+            run.causes = read_causes(details.get("causes"))
 
     def _note(self, kind: object, details: object) -> None:
         if type(kind) is not str or type(details) is not dict:

@@ -106,7 +106,7 @@ def end_task(state: Path, plant_at: Path) -> None:
 
 
 def end_plant(plant: RemotePlant, state: Path) -> None:
-    """Shut down the plant's process and wait for its end, which completes a video.
+    """Shut down the plant's process and wait for its end, which completes a recording.
 
     Args:
         plant: Client of the plant.

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from aeros.apps.report_page.film_element import FilmFile, find_film
 from aeros.apps.report_page.page import page_of
 from aeros.apps.report_page.run_data import AUDIT, RunData, read_run_data
 from aeros.cli.arguments import add_command, add_signature_check, existing_path, writable_path
@@ -30,9 +31,10 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """\
 The page shows the sequence of skills, a timeline with faults and stops, measurements against the bounds of
-the site's rules, every decision with its reasons, and the result of the check of the audit log.  Bounds are
-drawn if a site with the digest in the log is available: that of --site, those that were in force on this
-robot, or the reference site.  Exits with 1 if the log is not sound; the page gives the reason.
+the site's rules, every decision with its reasons, the result of the check of the audit log, and the film of
+the run if `aeros film` has made one in its folder.  Bounds are drawn if a site with the digest in the log is
+available: that of --site, those that were in force on this robot, or the reference site.  Exits with 1 if
+the log is not sound; the page gives the reason.
 
 examples:
   aeros report runs/demo
@@ -80,10 +82,13 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.REJECTED
     at_hand = available_sites(arguments.state, arguments.site)
     sites = {site.digest: site for site in at_hand if site.digest in wanted}
-    return write_report(left, arguments.output or arguments.folder / "report.html", sites, signed)
+    path = arguments.output or arguments.folder / "report.html"
+    return write_report(left, path, sites, signed, find_film(arguments.folder))
 
 
-def write_report(left: RunData, path: Path, sites: Mapping[str, Site], signed: str) -> Exit:
+def write_report(
+    left: RunData, path: Path, sites: Mapping[str, Site], signed: str, film: FilmFile | None = None
+) -> Exit:
     """Write the page about a run, and print a summary.
 
     Args:
@@ -91,11 +96,12 @@ def write_report(left: RunData, path: Path, sites: Mapping[str, Site], signed: s
         path: The HTML file.
         sites: Available sites of the run, by digest.
         signed: Result of the check of signatures, as text.
+        film: The film of the run; None if there is none.
 
     Returns:
         The exit code: rejected if the file cannot be written or the audit log is not sound.
     """
-    page = page_of(left, path.resolve().parent.name, sites, signed)
+    page = page_of(left, path.resolve().parent.name, sites, signed, film)
     try:
         replace_durably(path, page.encode("utf-8", "backslashreplace"))
     except OSError as error:

@@ -23,10 +23,10 @@ from aeros.cli.arguments import (
     add_module_folders,
     add_signing,
     existing_path,
+    film_path,
     mcap_path,
     parse_seed,
     require_signing_options,
-    video_path,
     warn_of_withheld_modules,
 )
 from aeros.cli.module_settings import add_module_settings, module_configurations
@@ -63,14 +63,15 @@ if TYPE_CHECKING:
 _EXAMPLES = """\
 All modules are proved before anything moves.  Each must have an `ecm.lock` of its present files, and one
 of this site must equal the resulting certificate.
-The folder of --out gets run.webp (video, physics), trace.jsonl (events of the agent), measured.jsonl
-(measurements, ten a second), audit.jsonl (every decision, hash-chained), and with --report an HTML page.
+The folder of --out gets trace.jsonl (events of the agent), measured.jsonl (measurements, ten a second),
+audit.jsonl (every decision, hash-chained), poses.jsonl (physics), from which `aeros film` makes a film at any
+time, and with --report an HTML page.
 The exit code is 0 if the goal is reached, else 1.
 Blocks, policy and withdrawn modules of the state folder bind the run, also with --ecms or --site, and also
 if they change while it runs (`aeros block`, `deactivate`, `policy`, `stop`; docs/lifecycle.md).
 An instruction is understood whole or refused: each word must be declared by a task (`aeros tasks`).
 With --planner llm a language model reads it, too: both meanings must agree, or you confirm the model's.
-Ctrl-C stops the robot; a video, bag or MCAP file is complete up to then.  After a kill there is none.
+Ctrl-C stops the robot; a film, bag or MCAP file is complete up to then.  After a kill there is none.
 Simulated people walk scripted paths and ignore the robot; it slows down or stops as the site demands.
 A composition is a graph of skills that the module declares; its branches run at the same time.
 The planner smt plans for any goal from preconditions and outcomes, without planning rules (`aeros plan`).
@@ -90,8 +91,8 @@ examples:
   aeros run "make dumplings" --goal "dumpling_wrapped and not dumpling_cooked"
   aeros run "fetch the object" --people across_the_room
   aeros run "make dumplings" --faults wrapper_bumped --seed 4
-  aeros run "make dumplings" --video dumplings.mp4 --mcap dumplings.mcap
-  aeros run "make dumplings" --view --no-video
+  aeros run "make dumplings" --film dumplings.mp4 --mcap dumplings.mcap
+  aeros run "make dumplings" --view --no-film
   aeros run "make dumplings" --people at_the_bench --report
   aeros run "fetch the object" --scene shelf_behind
   aeros run "make dumplings" --bag runs/demo-bag
@@ -140,7 +141,7 @@ def add_to(commands: Subparsers) -> None:
     )
     add_module_settings(parser)
     parser.add_argument(
-        "--out", type=Path, help="a new folder for video, trace and audit log (default: in runs/)"
+        "--out", type=Path, help="a new folder for poses, trace and audit log (default: in runs/)"
     )
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
@@ -217,14 +218,14 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--report", action="store_true", help="write report.html there too, as `aeros report` does"
     )
-    video = parser.add_mutually_exclusive_group()
-    video.add_argument(
-        "--video",
-        type=video_path,
+    film = parser.add_mutually_exclusive_group()
+    film.add_argument(
+        "--film",
+        type=film_path,
         metavar="FILE",
-        help="video to write (physics): *.webp, *.gif or *.mp4 (default: run.webp in the folder of --out)",
+        help="film to make when the run is over (physics): *.mp4, *.webp or *.gif, as `aeros film` does",
     )
-    video.add_argument("--no-video", action="store_true", help="record no video")
+    film.add_argument("--no-film", action="store_true", help="record no poses, from which films are made")
     parser.add_argument(
         "--view", action="store_true", help="show the run in a window (physics); needs a display"
     )

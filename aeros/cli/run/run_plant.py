@@ -27,11 +27,13 @@ from aeros.session.plant_factory import (
     load_people,
     load_run_scene,
     open_plant,
-    open_video,
+    open_recorder,
     open_viewer,
+    require_new_film,
 )
 from aeros.session.scene_files import module_of
 from aeros.session.setup import create_output_folder
+from aeros.sim.film_file import FILE as POSES
 from aeros.sim.hosting.host import HostLog, PlantHost
 from aeros.spec.model.variables import measured_by_site
 
@@ -133,7 +135,7 @@ def open_outputs(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Pat
         task: Id of the task.
 
     Yields:
-        The output folder, and window and video recorder as far as requested.
+        The output folder, and window and recorder of poses as far as requested.
     """
     with ExitStack() as stack:
         spectators: list[Viewer] = []
@@ -144,9 +146,10 @@ def open_outputs(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Pat
             spectators.append(open_viewer(arguments.plant))
             stack.callback(spectators[0].close)
         out = arguments.out if arguments.serve_plant else create_output_folder(arguments.out, task)
-        is_recorded = arguments.plant in PHYSICS_PLANTS and not arguments.no_video
-        if is_recorded or arguments.video is not None:
-            spectators.append(open_video(arguments.plant, arguments.video or out / "run.webp"))
+        if arguments.film is not None:
+            require_new_film(arguments.plant, arguments.film)
+        if arguments.plant in PHYSICS_PLANTS and not arguments.no_film:
+            spectators.append(open_recorder(arguments.plant, out / POSES))
         yield out, spectators
 
 

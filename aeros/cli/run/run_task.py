@@ -14,11 +14,13 @@ from aeros.agent.execution.report import RunReport
 from aeros.agent.instructions.meaning import Understanding
 from aeros.agent.planning.base import Planner
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskEnd
+from aeros.apps.report_page.film_element import find_film
 from aeros.apps.report_page.run_data import read_run_data
 from aeros.apps.watchdog.resumable_run import delete_run_options, end_plant, end_task
 from aeros.apps.why.causal_chain import RunLog
 from aeros.cli.arguments import print_warning
 from aeros.cli.latest_run import save_latest_run
+from aeros.cli.records.film import write_film
 from aeros.cli.records.report import write_report
 from aeros.cli.run.help_question import help_asker
 from aeros.cli.run.planners import planning_timeout
@@ -199,14 +201,16 @@ def _failed_measurements(log: Path) -> tuple[str, ...]:
 def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> None:
     """Write the report page if requested, and print the outputs of the run."""
     arguments, out = staged.arguments, staged.out
-    if arguments.video is not None and arguments.video.exists():
-        print_line(f"video      {arguments.video}")
+    if arguments.film is not None:
+        site = staged.configuration.site
+        write_film(out, arguments.film, {site.digest: site}, {})
     if feed is not None:
         kept = f"bag        {arguments.bag}/" if arguments.mcap is None else f"mcap       {arguments.mcap}"
         print(kept + (f", {feed.lost} messages lost: {feed.trouble}" if feed.lost else ""))
     if arguments.report:
         site = staged.configuration.site
-        write_report(read_run_data(out), out / "report.html", {site.digest: site}, sound)
+        film = None if arguments.film is None else find_film(arguments.film.parent, (arguments.film.name,))
+        write_report(read_run_data(out), out / "report.html", {site.digest: site}, sound, film)
     print_line(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
 
 

@@ -106,7 +106,7 @@ class _SupervisedTask:
         self.state, self.out = folder / "state", folder / "out"
         self.log = self.out / "audit.jsonl"
         site = () if where.site is None else ("--site", str(Path(where.site).resolve()))
-        options = ("--plant", plant, "--seed", str(trial.seed), "--no-video", "--out", str(self.out), *site)
+        options = ("--plant", plant, "--seed", str(trial.seed), "--no-film", "--out", str(self.out), *site)
         self._asked = (instruction, *options, "--ecms", str(Path(where.modules_folder).resolve()))
         self._watchdog = self._start(*self._asked)
         self._seen: list[bytes] = []

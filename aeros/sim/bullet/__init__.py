@@ -1,1 +1,1 @@
-"""PyBullet: the simulated world, robots in it, people, scene files and video."""
+"""PyBullet: the simulated world, robots in it, people and scene files."""

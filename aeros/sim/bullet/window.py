@@ -139,6 +139,9 @@ class ViewerWindow:
             self.close()
             raise WindowError(f"no window opens on display `{display}`, which needs an X server with OpenGL")
 
+    def begin(self, parts: object) -> None:
+        """Implement `Viewer.begin`: shapes are sent with the first update."""
+
     def tick(self, world: EngineWorld, view: Camera) -> None:
         """Send an update if one is due and the window has drawn the previous one.
 

@@ -10,7 +10,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import dist, inf, sqrt
-from typing import Final
+from typing import Final, NamedTuple
 
 from aeros.sim.engine.engine import Engine
 from aeros.sim.randomness import RandomSource
@@ -116,6 +116,23 @@ class WalkSchedule:
         self._places.append(place)
 
 
+class PersonFigure(NamedTuple):
+    """A person where they are.
+
+    Attributes:
+        x, y: of the axis of their capsule in W, m.
+        floor: height in W of the floor that they stand on, m.
+        height: of the capsule, m.
+        radius: of the capsule, m.
+    """
+
+    x: float
+    y: float
+    floor: float
+    height: float
+    radius: float
+
+
 class People:
     """The people in a world, and their distance from the robot.
 
@@ -170,6 +187,14 @@ class People:
         for walker in self.walkers:
             walker.update(time)
 
+    def figures(self) -> list[PersonFigure]:
+        """Locate everybody.
+
+        Returns:
+            The people where they are, in the order in which they were added.
+        """
+        return [walker.figure() for walker in self.walkers]
+
     def sections(self, height: float) -> list[Disc]:
         """Cut them with a level plane.
 
@@ -217,6 +242,11 @@ class _Walker:
     def update(self, time: float) -> None:
         x, y = self._place = self._walk.position(time - self._since)
         self._capsule.move((x, y, self._middle))
+
+    def figure(self) -> PersonFigure:
+        """Locate the person."""
+        height = 2.0 * (self._half + self._radius)
+        return PersonFigure(*self._place, self._middle - height / 2.0, height, self._radius)
 
     def section(self, height: float) -> Disc | None:
         """Cut the capsule with a level plane; None if the plane does not meet it."""

@@ -13,6 +13,7 @@ from xml.etree import ElementTree as Xml
 
 from aeros.sim.geometry import UPRIGHT, Pose, Quaternion, Vector3, compose
 from aeros.sim.pictures.solids import Solid, box, cylinder, sphere
+from aeros.sim.pictures.visual_shapes import VisualShape
 from aeros.spec.model.scene import GREY, Colour
 
 
@@ -34,7 +35,8 @@ class UrdfVisuals:
         parts: `visual`, or `collision` for those that other bodies touch.
 
     Attributes:
-        solids: name of the link and solid, in the link's frame, of each of these parts.
+        shapes: name of the link and shape, in the link's frame, of each of these parts.
+        solids: the same as solids that a ray caster draws.
     """
 
     def __init__(self, path: str, parts: Literal["visual", "collision"] = "visual") -> None:
@@ -44,17 +46,23 @@ class UrdfVisuals:
             for material in root.iter("material")
             if material.find("color") is not None
         }
-        self.solids = tuple(
-            (link.get("name", ""), solid)
+        self.shapes = tuple(
+            (link.get("name", ""), shape)
             for link in root.iter("link")
             for visual in link.findall(parts)
-            for solid in _solids(visual, colours)
+            for shape in _shapes(visual, colours)
         )
+        self.solids = tuple((link, _solid(shape)) for link, shape in self.shapes)
         self._joint_to = {
             child.get("link", ""): _joint(joint)
             for joint in root.iter("joint")
             for child in joint.findall("child")
         }
+
+    @property
+    def sliding_joints(self) -> tuple[str, ...]:
+        """Names of the prismatic joints."""
+        return tuple(joint.name for joint in self._joint_to.values() if joint.slides)
 
     def link_pose(self, link: str, positions: Mapping[str, float]) -> Pose:
         """Compute the pose of a link.
@@ -82,7 +90,7 @@ class UrdfVisuals:
 def _joint(joint: Xml.Element) -> _Joint:
     parent, axis = joint.find("parent"), joint.find("axis")
     x, y, z = (1.0, 0.0, 0.0) if axis is None else vector_of(axis, "xyz")
-    length = hypot(x, y, z)
+    length = hypot(x, y, z) or 1.0  # fixed joints may have the axis 0
     return _Joint(
         joint.get("name", ""),
         "" if parent is None else parent.get("link", ""),
@@ -92,25 +100,36 @@ def _joint(joint: Xml.Element) -> _Joint:
     )
 
 
-def _solids(visual: Xml.Element, colours: Mapping[str, Colour]) -> Iterator[Solid]:
+def _shapes(visual: Xml.Element, colours: Mapping[str, Colour]) -> Iterator[VisualShape]:
     material = visual.find("material")
     colour = GREY
     if material is not None:
         colour = colours.get(material.get("name", ""), GREY)
         colour = colour if material.find("color") is None else _colour(material)
+    place = origin_of(visual)
     for shape in visual.findall("geometry/*"):
-        for solid in _shape(shape, colour):
-            yield solid._replace(place=origin_of(visual))
+        radius, length = float(shape.get("radius", 0)), float(shape.get("length", 0))
+        match shape.tag:
+            case "box":
+                yield VisualShape("box", vector_of(shape, "size"), colour, place)
+            case "cylinder":
+                yield VisualShape("cylinder", (radius, length, 0.0), colour, place)
+            case "capsule":
+                yield VisualShape("capsule", (radius, length, 0.0), colour, place)
+            case "sphere":
+                yield VisualShape("sphere", (radius, 0.0, 0.0), colour, place)
 
 
-def _shape(shape: Xml.Element, colour: Colour) -> Iterator[Solid]:
-    match shape.tag:
+def _solid(shape: VisualShape) -> Solid:
+    radius, length, _ = shape.size
+    match shape.kind:
         case "box":
-            yield box(vector_of(shape, "size"), colour)
-        case "cylinder" | "capsule":
-            yield cylinder(float(shape.get("radius", 0)), float(shape.get("length", 0)), colour)
+            solid = box(shape.size, shape.colour)
         case "sphere":
-            yield sphere(float(shape.get("radius", 0)), colour)
+            solid = sphere(radius, shape.colour)
+        case _:
+            solid = cylinder(radius, length, shape.colour)
+    return solid._replace(place=shape.place)
 
 
 def _colour(material: Xml.Element) -> Colour:
@@ -133,7 +152,7 @@ def origin_of(element: Xml.Element) -> Pose:
     origin = element.find("origin")
     if origin is None:
         return Pose((0.0, 0.0, 0.0), UPRIGHT)
-    return Pose(vector_of(origin, "xyz"), _roll_pitch_yaw(*vector_of(origin, "rpy")))
+    return Pose(vector_of(origin, "xyz"), roll_pitch_yaw(*vector_of(origin, "rpy")))
 
 
 def vector_of(element: Xml.Element, name: str) -> Vector3:
@@ -150,8 +169,17 @@ def vector_of(element: Xml.Element, name: str) -> Vector3:
     return (x, y, z)
 
 
-def _roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the orientation of URDF's fixed-axis angles: about x, then y, then z."""
+def roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Convert URDF's fixed-axis angles to an orientation.
+
+    Args:
+        roll: about x, rad.
+        pitch: then about y, rad.
+        yaw: then about z, rad.
+
+    Returns:
+        The orientation.
+    """
     (sr, cr), (sp, cp), (sy, cy) = ((sin(angle / 2.0), cos(angle / 2.0)) for angle in (roll, pitch, yaw))
     return (
         sr * cp * cy - cr * sp * sy,

@@ -129,6 +129,14 @@ class PhysicsScene:
         """
         return self._bodies[name].number
 
+    def placed_bodies(self) -> Mapping[str, PlacedBody]:
+        """Implement `PhysicalScene.placed_bodies`."""
+        return self._bodies
+
+    def coatings(self) -> Mapping[str, CoatingMap]:
+        """Implement `PhysicalScene.coatings`."""
+        return self._coatings
+
     def camera(self, name: str) -> Camera:
         """Implement `PhysicalScene.camera`.
 

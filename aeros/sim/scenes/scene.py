@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.engine import Engine, PlacedBody
 from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.geometry import Camera
+from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 
@@ -17,7 +18,7 @@ class PhysicalScene(Protocol):
 
     Attributes:
         robot: options to build the robot with.
-        view: camera for videos.
+        view: camera of films and windows.
         pushable_objects: names of the objects that can be pushed.
         cameras: names of the cameras that `camera` knows.
         initial_cameras: those that have taken a picture when the clock starts.
@@ -62,6 +63,20 @@ class PhysicalScene(Protocol):
 
         Raises:
             KeyError: there is no such object.
+        """
+
+    def placed_bodies(self) -> Mapping[str, PlacedBody]:
+        """Return the bodies in the world.
+
+        Returns:
+            The bodies by name.
+        """
+
+    def coatings(self) -> Mapping[str, CoatingMap]:
+        """Return the layers that can be wiped off.
+
+        Returns:
+            The layers by name, as they are now.
         """
 
     def camera(self, name: str) -> Camera:

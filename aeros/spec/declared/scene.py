@@ -167,6 +167,54 @@ class Part:
 
 
 @dataclass(frozen=True)
+class LookPart:
+    """One part of a look: exactly one of `box`, `ellipsoid`, `capsule`, `cylinder` and `sphere`.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    at: Triple | None = field(
+        default=None,
+        metadata={"doc": "its middle, in the frame of the body or of `link`; the origin if absent"},
+    )
+    tilt: Triple | None = field(
+        default=None, metadata={"doc": "rotation about x, then y, then z of that frame; none if absent"}
+    )
+    link: Identifier | None = field(
+        default=None, metadata={"doc": "the link of a `urdf` that it moves with; its base if absent"}
+    )
+    box: Triple | None = field(default=None, metadata={"doc": "full lengths of its edges"})
+    ellipsoid: Triple | None = field(default=None, metadata={"doc": "full lengths of its axes"})
+    capsule: Pair | None = field(
+        default=None, metadata={"doc": "radius, and length of the straight part along z"}
+    )
+    cylinder: Pair | None = field(default=None, metadata={"doc": "radius and height about z"})
+    sphere: TextField | None = field(default=None, metadata={"doc": "radius"})
+    colour: Colour | None = field(default=None, metadata={"doc": "as of a body; grey if absent"})
+    opacity: Share | None = field(default=None, metadata={"doc": "1 if absent, less of what is translucent"})
+    joint: Identifier | None = field(
+        default=None, metadata={"doc": "a joint of a `urdf`, without whose `range` it is not shown"}
+    )
+    range: Pair | None = field(
+        default=None, metadata={"doc": "least and greatest position of `joint` in which it is shown"}
+    )
+
+
+@dataclass(frozen=True)
+class Look:
+    """Parts that people see in films in place of a body; robots' cameras see the body itself.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    parts: Annotated[tuple[LookPart, ...], LengthBounds(1, 64)] = field(metadata={"doc": "the parts"})
+
+
+@dataclass(frozen=True)
 class Joint:
     """A joint of a model; fields that are absent are as the model's file has them.
 
@@ -293,6 +341,9 @@ class SceneBody:
     )
     joints: Named[Joint] = field(
         default=MappingField(), metadata={"doc": "joints of a `urdf` that differ from its file, by name"}
+    )
+    look: Identifier | None = field(
+        default=None, metadata={"doc": "one of `looks`, by which films show it; its own shape if absent"}
     )
 
 
@@ -478,6 +529,9 @@ class Scene:
         default=None, metadata={"doc": "the camera of films and windows, from which the whole scene is seen"}
     )
     places: Named[Place] = field(default=MappingField(), metadata={"doc": "surveyed points, by name"})
+    looks: Named[Look] = field(
+        default=MappingField(), metadata={"doc": "shapes by which films show bodies, by name"}
+    )
     bodies: Annotated[Named[SceneBody], LengthBounds(0, 100)] = field(
         default=MappingField(), metadata={"doc": "the bodies, by name"}
     )

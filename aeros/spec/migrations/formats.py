@@ -86,6 +86,7 @@ RUN: Final = Format(
     versions=(
         *_FIRST,
         Version("options of `aeros run` have the names below", renamed_names.run_options_to_2),
+        Version("`--film` and `--no-film` have their names", renamed_names.run_options_to_3),
     ),
     keys=frozenset({"instruction", "state"}),
 )
@@ -163,6 +164,14 @@ MEASURED: Final = Format(
     versions=_FIRST,
     keys=frozenset({"time", "state"}),
 )
+POSES: Final = Format(
+    name="poses",
+    title="poses of a run, from which `aeros film` makes a film",
+    files=("poses.jsonl",),
+    kind=Kind.JSON_LINES,
+    versions=_FIRST,
+    keys=frozenset({"schema", "actors"}),
+)
 PLANT_LOG: Final = Format(
     name="plant-log",
     title="log of the process that serves a plant",
@@ -224,7 +233,7 @@ FORMATS: Final = (
     *(CHECKPOINT, RUN, LATEST_RUN, IDENTITY, PHASE, QUARANTINE, CRASHES, MEMORY),
     REGISTRY,
     *(AUDIT, AUDIT_CHECKPOINT),
-    *(TRACE, MEASURED, PLANT_LOG),
+    *(TRACE, MEASURED, POSES, PLANT_LOG),
     *(TRIALS, RESULTS),
 )
 """Every format that has versions."""

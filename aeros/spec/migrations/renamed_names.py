@@ -114,12 +114,32 @@ def run_options_to_2(text: str) -> str:
         UnmigratableError: it is not an object.
         ValueError: it is not JSON.
     """
+    return _run_options(text, 2)
+
+
+def run_options_to_3(text: str) -> str:
+    """Give the options of a watched run the names that `aeros run` has had since version 3.
+
+    Args:
+        text: `run.json` of version 2.
+
+    Returns:
+        The file in version 3.
+
+    Raises:
+        UnmigratableError: it is not an object.
+        ValueError: it is not JSON.
+    """
+    return _run_options(text, 3)
+
+
+def _run_options(text: str, version: int) -> str:
     options = json.loads(text)
     if not isinstance(options, dict):
         raise UnmigratableError("it is damaged: the options of a run are an object")
     names = {_attribute(old): _attribute(new) for old, new in RENAMED_OPTIONS["run"].items()}
     renamed = {names.get(name, name): value for name, value in options.items()}
-    return json.dumps({**renamed, "schema": "aeros/run/2"}, indent=1)
+    return json.dumps({**renamed, "schema": f"aeros/run/{version}"}, indent=1)
 
 
 def _attribute(option: str) -> str:

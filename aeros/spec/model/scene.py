@@ -210,6 +210,33 @@ class Grip(NamedTuple):
     high: Vector
 
 
+class LookPart(NamedTuple):
+    """A part of what films show of a body.
+
+    Attributes:
+        kind: its shape.
+        size: full lengths of a box or ellipsoid; radius and height of a cylinder, then 0; radius and length
+            of the straight part of a capsule, then 0; radius of a sphere, then 0, 0.
+        colour: red, green and blue in [0, 1].
+        opacity: 1 of what is opaque.
+        position: its middle in the frame of its link.
+        tilt: rotation about x, then y, then z of that frame, rad.
+        link: the link that it moves with; None for the base.
+        joint: the joint that decides if it is shown; None if it always is.
+        range: least and greatest position of `joint` in which it is shown, rad or m.
+    """
+
+    kind: Literal["box", "ellipsoid", "capsule", "cylinder", "sphere"]
+    size: Vector
+    colour: Colour
+    opacity: float = 1.0
+    position: Vector = (0.0, 0.0, 0.0)
+    tilt: Vector = (0.0, 0.0, 0.0)
+    link: str | None = None
+    joint: str | None = None
+    range: Pair = (0.0, 0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class SceneBody:
     """A body.
@@ -225,6 +252,7 @@ class SceneBody:
         colour: red, green and blue in [0, 1].
         grip: the part to hold it by; None if it cannot be held.
         span: where it is declared.
+        look: what films show in place of its shape; empty for the shape itself.
     """
 
     name: str
@@ -237,6 +265,7 @@ class SceneBody:
     colour: Colour
     grip: Grip | None
     span: SourceSpan
+    look: tuple[LookPart, ...] = ()
 
     @property
     def is_movable(self) -> bool:

@@ -26,6 +26,7 @@ from aeros.spec.model.scene import (
     Sphere,
     UrdfModel,
 )
+from aeros.spec.scenes.looks import LookElaborator
 from aeros.spec.scenes.quantities import Quantities
 from aeros.spec.scenes.urdf import check_urdf
 from aeros.spec.text.fields import NumberField, TextField
@@ -46,11 +47,15 @@ class BodyElaborator:
     Args:
         quantities: elaborates numbers.
         folder: folder of the file, from which `urdf` counts.
+
+    Attributes:
+        looks: elaborates looks; the scene's, once they are declared.
     """
 
     def __init__(self, quantities: Quantities, folder: Path) -> None:
         self._numbers = quantities
         self._folder = folder
+        self.looks = LookElaborator(quantities, {})
 
     def placement(
         self, name: str, place: declared.Place | declared.SceneBody, known: Collection[str]
@@ -118,6 +123,7 @@ class BodyElaborator:
             colour,
             self._grip(body, shape) if mass > 0.0 else None,
             body.at[0].span.merge(body.at[2].span),
+            self.looks.look(body.look, shape),
         )
 
     def _known(self, name: TextField, known: Collection[str]) -> str:

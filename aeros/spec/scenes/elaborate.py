@@ -31,6 +31,7 @@ from aeros.spec.model.scene import (
 )
 from aeros.spec.scenes.bodies import BodyElaborator
 from aeros.spec.scenes.conditions import SceneScope, resolve_part
+from aeros.spec.scenes.looks import LookElaborator
 from aeros.spec.scenes.merging import NAMED, names_in_use
 from aeros.spec.scenes.quantities import Quantities
 from aeros.spec.scenes.truths_of_arguments import truth_name
@@ -97,6 +98,8 @@ class _SceneElaborator:
         self._found = replace(found, description=scene.description.value, robot=robot, view=view)
         for name, place in scene.places:
             self._add("places", {name.value: self._bodies.placement(name.value, place, self._found.places)})
+        looks = {name.value: look for name, look in scene.looks}
+        self._bodies.looks = LookElaborator(self._numbers, looks)
         for name, body in scene.bodies:
             known = (*self._found.places, *self._found.bodies)
             self._add("bodies", {name.value: self._bodies.body(name.value, body, known)})

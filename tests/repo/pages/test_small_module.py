@@ -56,5 +56,5 @@ def test_the_sponge_is_at_the_edge_in_truth(modules: Path, monkeypatch: pytest.M
         return truth(plant)
 
     monkeypatch.setattr(PhysicsPlant, "truth", watched)
-    assert run(modules, "--no-video") == Exit.SUCCESS
+    assert run(modules, "--no-film") == Exit.SUCCESS
     assert places[-1] >= EDGE

@@ -16,11 +16,11 @@ from aeros.cli.arguments import (
     add_signature_check,
     available_cpus,
     existing_path,
+    film_path,
     mcap_path,
     process_count,
     second_solver,
     solver_budget,
-    video_path,
     writable_path,
 )
 
@@ -60,7 +60,7 @@ def test_a_path_at_which_a_file_can_be(tmp_path: Path) -> None:
     ("parse", "taken", "expected"),
     [
         (mcap_path, ["run.mcap"], r"\*\.mcap"),
-        (video_path, ["run.webp", "run.gif", "a.b/run.mp4"], r"\*\.webp, \*\.gif, \*\.mp4"),
+        (film_path, ["run.webp", "run.gif", "a.b/run.mp4"], r"\*\.mp4, \*\.webp, \*\.gif"),
     ],
 )
 def test_a_suffix_says_the_format(parse: Callable[[str], Path], taken: list[str], expected: str) -> None:

@@ -18,8 +18,8 @@ from aeros.session.plant_factory import (
     load_people,
     load_run_scene,
     open_plant,
-    open_video,
     open_viewer,
+    require_new_film,
     surroundings_of,
 )
 from aeros.sim.kinematic.plant import KinematicPlant
@@ -53,8 +53,8 @@ def test_extras_and_images_are_of_the_physics_plant_alone(plant: str, tmp_path: 
         load_faults(plant, "slips", proved()[0], None)
     with pytest.raises(PlantSetupError, match=f"`--scene` needs the physics plant: the {plant} plant"):
         load_run_scene(plant, "clutter", proved()[0], [TIDY], 0)
-    with pytest.raises(PlantSetupError, match=f"`--video` needs the physics plant: the {plant} plant"):
-        open_video(plant, tmp_path / "run.gif")
+    with pytest.raises(PlantSetupError, match=f"`--film` needs the physics plant: the {plant} plant"):
+        require_new_film(plant, tmp_path / "run.gif")
     with pytest.raises(PlantSetupError, match=f"`--view` needs the physics plant: the {plant} plant"):
         open_viewer(plant)
 
@@ -102,10 +102,10 @@ def test_a_plant_is_closed_however_the_block_ends(monkeypatch: pytest.MonkeyPatc
     assert made.closed == 2
 
 
-def test_a_video_that_cannot_be_written_at_the_end_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_recording_that_cannot_be_completed_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plant_factory, "_build_symbolic", lambda *_: Closing(OSError("disk full")))
     with (
-        pytest.raises(PlantSetupError, match="the video cannot be written: disk full"),
+        pytest.raises(PlantSetupError, match="the recording cannot be completed: disk full"),
         open_plant("symbolic", proved()[0], TIDY, 0),
     ):
         pass

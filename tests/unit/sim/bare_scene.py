@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.engine import Engine, PlacedBody
 from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.geometry import Camera
+from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 from tests.unit.sim.bullet.bullet_parts import as_bullet
@@ -41,6 +42,14 @@ class BareScene:
             KeyError: always, as there are no objects.
         """
         raise KeyError(name)
+
+    def placed_bodies(self) -> Mapping[str, PlacedBody]:
+        """Implement `PhysicalScene.placed_bodies`: there are none."""
+        return {}
+
+    def coatings(self) -> Mapping[str, CoatingMap]:
+        """Implement `PhysicalScene.coatings`: there are none."""
+        return {}
 
     def camera(self, name: str) -> Camera:
         """Implement `PhysicalScene.camera`: there is none.

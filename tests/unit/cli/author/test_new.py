@@ -64,7 +64,7 @@ def test_a_new_module_is_proved_and_runs_at_once(tmp_path: Path, capsys: pytest.
 def test_a_new_module_runs_in_physics_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     _new(tmp_path)
     main(["verify", str(tmp_path / "tidy")])
-    assert _run(tmp_path, "tidy", "--no-video") == Exit.SUCCESS
+    assert _run(tmp_path, "tidy", "--no-film") == Exit.SUCCESS
     assert "measured on the physics plant: holding = true" in capsys.readouterr().out
 
 

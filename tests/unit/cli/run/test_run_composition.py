@@ -109,7 +109,7 @@ def fetching(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def _run(folder: Path, modules: Path, *arguments: str) -> int:
     return main(
         ["run", "fetch the object", "--ecms", str(modules), "--state", str(folder / "state"),
-         "--out", str(folder / "out"), "--no-video", *arguments]
+         "--out", str(folder / "out"), "--no-film", *arguments]
     )  # fmt: skip
 
 

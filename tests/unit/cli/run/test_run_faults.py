@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[4]
 
 def arguments(folder: Path, instruction: str, faults: str, *more: str) -> list[str]:
     return ["run", instruction, "--ecms", str(ROOT / "ecms"), "--state", str(folder / "state"),
-            "--out", str(folder / "out"), "--no-video", "--faults", faults, *more]  # fmt: skip
+            "--out", str(folder / "out"), "--no-film", "--faults", faults, *more]  # fmt: skip
 
 
 def trace_of(folder: Path) -> list[dict[str, Any]]:

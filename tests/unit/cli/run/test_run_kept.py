@@ -23,8 +23,8 @@ from aeros.exit_codes import Exit
 from aeros.runtime.audit.log import verify_log
 from aeros.runtime.bus import messages
 from aeros.runtime.bus.messages import Message, Time
+from aeros.sim.film.recording import read_recording
 from tests.unit.runtime.bus.test_messages import STORE, plain
-from tests.unit.sim.films import frames_of
 
 REPOSITORY = Path(__file__).parents[4]
 KINDS = {
@@ -145,7 +145,7 @@ def test_an_mcap_file_says_what_trace_and_audit_log_say(
     plant: str, task: str, least: int, goal: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "kept" / "run.mcap"
-    given = ["--plant", plant, "--mcap", str(file)] + (["--no-video"] if plant == "physics" else [])
+    given = ["--plant", plant, "--mcap", str(file)] + (["--no-film"] if plant == "physics" else [])
     assert main(arguments(tmp_path, *given, task=task)) == Exit.SUCCESS
     assert f"mcap       {file}\n" in capsys.readouterr().out
     assert list(file.parent.iterdir()) == [file]
@@ -190,10 +190,10 @@ def test_the_file_alone_says_how_to_read_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "text"),
     [
-        (["--video", "run.avi"], "`run.avi`: expected a file named *.webp, *.gif, *.mp4"),
-        (["--video", "run"], "`run`: expected a file named *.webp, *.gif, *.mp4"),
+        (["--film", "run.avi"], "`run.avi`: expected a file named *.mp4, *.webp, *.gif"),
+        (["--film", "run"], "`run`: expected a file named *.mp4, *.webp, *.gif"),
         (["--mcap", "run.bag"], "`run.bag`: expected a file named *.mcap"),
-        (["--video", "run.gif", "--no-video"], "not allowed with argument --video"),
+        (["--film", "run.gif", "--no-film"], "not allowed with argument --film"),
         (["--mcap", "run.mcap", "--bag", "bag"], "not allowed with argument --mcap"),
     ],
 )
@@ -208,7 +208,7 @@ def test_contradictory_options_are_refused(
 
 
 @pytest.mark.parametrize("plant", ["symbolic", "kinematic"])
-@pytest.mark.parametrize("given", [["--video", "run.gif"], ["--view"]])
+@pytest.mark.parametrize("given", [["--film", "run.gif"], ["--view"]])
 def test_a_plant_in_which_there_is_nothing_to_be_seen_refuses_to_show_it(
     plant: str, given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -234,8 +234,8 @@ def test_a_film_that_is_there_is_refused_before_anything_moves(
 ) -> None:
     film = tmp_path / "run.gif"
     film.write_bytes(b"mine")
-    assert main(arguments(tmp_path, "--video", str(film))) == Exit.REJECTED
-    assert f"`{film}` exists already; give another file with --video" in capsys.readouterr().err
+    assert main(arguments(tmp_path, "--film", str(film))) == Exit.REJECTED
+    assert f"`{film}` exists already; give another file with --film" in capsys.readouterr().err
     assert film.read_bytes() == b"mine"
     assert not (tmp_path / "out" / "audit.jsonl").exists()
 
@@ -250,9 +250,9 @@ def test_without_a_display_a_view_is_refused_before_anything_is_written(
     assert not (tmp_path / "out").exists()
 
 
-def moving(folder: Path, decisions: int, film: str = "run.gif") -> subprocess.Popen[bytes]:
-    """A run that is filmed and kept, so many decisions into its task."""
-    given = ["--video", str(folder / film), "--mcap", str(folder / "run.mcap")]
+def moving(folder: Path, decisions: int) -> subprocess.Popen[bytes]:
+    """A run that is recorded and kept, so many decisions into its task."""
+    given = ["--mcap", str(folder / "run.mcap")]
     command = [sys.executable, "-m", "aeros", *arguments(folder, *given)]
     run = subprocess.Popen(command, cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     audit, late = folder / "out" / "audit.jsonl", time.monotonic() + 120.0
@@ -264,22 +264,21 @@ def moving(folder: Path, decisions: int, film: str = "run.gif") -> subprocess.Po
 
 
 @pytest.mark.physics
-@pytest.mark.parametrize("name", ["run.gif", pytest.param("run.mp4", marks=pytest.mark.deep)])
-def test_an_interrupted_run_leaves_a_film_and_a_file_up_to_there(name: str, tmp_path: Path) -> None:
-    run = moving(tmp_path, 6, name)
+def test_an_interrupted_run_leaves_a_recording_and_a_file_up_to_there(tmp_path: Path) -> None:
+    run = moving(tmp_path, 6)
     run.send_signal(signal.SIGINT)
     _, text = run.communicate(timeout=120.0)
     assert b"stopping the robot; press Ctrl-C again to exit at once" in text
     assert run.returncode == Exit.INTERRUPTED
-    assert len(frames_of(tmp_path / name)) > 3
+    assert len(read_recording(tmp_path / "out" / "poses.jsonl").samples) > 30
     received = messages_in(tmp_path / "run.mcap")
     recorded = verify_log(tmp_path / "out" / "audit.jsonl").records
     assert len(received["/aeros/events"]) == recorded
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["out", name, "run.mcap", "state"])
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "run.mcap", "state"]
 
 
 @pytest.mark.physics
-def test_a_killed_run_leaves_no_film_and_of_the_messages_what_was_written(
+def test_a_killed_run_leaves_of_the_messages_what_was_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     run = moving(tmp_path, 2)

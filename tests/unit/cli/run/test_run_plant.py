@@ -101,7 +101,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     seen: list[str] = []
     place = "aeros.cli.run.run_plant"
     monkeypatch.setattr(f"{place}.open_viewer", lambda plant: Viewer(f"window of {plant}", seen))
-    monkeypatch.setattr(f"{place}.open_video", lambda plant, path: Viewer(f"{path.name} of {plant}", seen))
+    monkeypatch.setattr(f"{place}.open_recorder", lambda plant, path: Viewer(f"{path.name} of {plant}", seen))
     return seen
 
 
@@ -116,21 +116,25 @@ def test_a_run_has_a_new_folder_and_nothing_to_be_seen(tmp_path: Path, seen: lis
     assert seen == []
 
 
-def test_physics_is_filmed_into_the_folder_unless_it_is_forbidden(tmp_path: Path, seen: list[str]) -> None:
+def test_physics_is_recorded_into_the_folder_unless_it_is_forbidden(tmp_path: Path, seen: list[str]) -> None:
     assert len(outputs(options(tmp_path, "--plant", "physics"))[1]) == 1
-    assert outputs(options(tmp_path / "2", "--plant", "physics", "--no-video"))[1] == []
-    outputs(options(tmp_path / "3", "--plant", "physics", "--video", str(tmp_path / "film.gif")))
-    assert seen == ["open run.webp of physics", "open film.gif of physics"]
+    assert outputs(options(tmp_path / "2", "--plant", "physics", "--no-film"))[1] == []
+    assert seen == ["open poses.jsonl of physics"]
 
 
-def test_a_film_that_is_asked_for_is_opened_on_any_plant(tmp_path: Path, seen: list[str]) -> None:
-    outputs(options(tmp_path, "--video", str(tmp_path / "film.gif")))
-    assert seen == ["open film.gif of symbolic"]
+def test_a_film_is_refused_where_it_cannot_be_made(tmp_path: Path, seen: list[str]) -> None:
+    film = tmp_path / "film.gif"
+    with pytest.raises(PlantSetupError, match="`--film` needs the physics plant"):
+        outputs(options(tmp_path, "--film", str(film)))
+    film.write_bytes(b"mine")
+    with pytest.raises(PlantSetupError, match=r"`.*film\.gif` exists already; give another file with --film"):
+        outputs(options(tmp_path / "2", "--plant", "physics", "--film", str(film)))
+    assert seen == []
 
 
 def test_a_window_is_closed_with_the_run(tmp_path: Path, seen: list[str]) -> None:
     outputs(options(tmp_path, "--plant", "physics", "--view"))
-    assert seen == ["open window of physics", "open run.webp of physics", "close window of physics"]
+    assert seen == ["open window of physics", "open poses.jsonl of physics", "close window of physics"]
 
 
 def test_the_plant_server_films_it_and_leaves_the_folder_to_the_agent(
@@ -140,7 +144,7 @@ def test_the_plant_server_films_it_and_leaves_the_folder_to_the_agent(
     arguments.plant_at = tmp_path / "plant.sock"
     assert outputs(arguments)[0] == tmp_path / "out"
     assert not (tmp_path / "out").exists()
-    assert seen == ["open run.webp of physics"]
+    assert seen == ["open poses.jsonl of physics"]
 
 
 def test_of_a_plant_that_another_serves_nothing_is_opened(tmp_path: Path, seen: list[str]) -> None:

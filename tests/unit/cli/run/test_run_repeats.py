@@ -95,7 +95,7 @@ def records_of(folder: Path, case: str, seed: int, hashes: int, *more: str) -> t
         (folder / f"{name}.yaml").write_text(text)
     words = [str(folder / f"{word}.yaml") if word in files else word for word in CASES[case]]
     out = folder / f"{seed}-{hashes}"
-    words += ["--seed", str(seed), "--no-video", "--ecms", str(ROOT / "ecms")]
+    words += ["--seed", str(seed), "--no-film", "--ecms", str(ROOT / "ecms")]
     words += ["--state", f"{out}-state", "--out", str(out), *more]
     ended = subprocess.run(
         [sys.executable, "-m", "aeros", "run", *words],

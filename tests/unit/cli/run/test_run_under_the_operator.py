@@ -50,7 +50,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def _run(plant: str, start: str, out: str = "out") -> int:
     options = ("--plant", plant, "--state", "robot", "--out", out)
-    record = ("--no-video",) if plant == "physics" else ()
+    record = ("--no-film",) if plant == "physics" else ()
     return main(["run", "fetch the object", *options, *record, *_STARTS[start]])
 
 

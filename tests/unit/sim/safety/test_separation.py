@@ -88,7 +88,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
 
         monkeypatch.setattr(physics, "make_plant", watched)
         code = main(
-            ["run", instruction, "--people", person, "--ecms", str(REPOSITORY / "ecms"), "--no-video",
+            ["run", instruction, "--people", person, "--ecms", str(REPOSITORY / "ecms"), "--no-film",
              "--state", str(tmp_path / "state"), "--out", str(tmp_path / "out"), *arguments]
         )  # fmt: skip
         records = [json.loads(line) for line in (tmp_path / "out" / "audit.jsonl").read_text().splitlines()]

@@ -136,7 +136,7 @@ def test_bodies_that_overlap_are_refused_before_anything_is_written(
         "  bottle: {cylinder: [5 cm, 20 cm], at: [9 cm, 2 m, 10 cm], mass: 1 kg}\n"
         "  pole: {box: [5 cm, 5 cm, 1 m], at: [0 m, 0 m, 50 cm]}\n"
     )
-    words = ["run", "fetch the object", "--ecms", str(ECMS), "--no-video", "--state", str(tmp_path / "state"),
+    words = ["run", "fetch the object", "--ecms", str(ECMS), "--no-film", "--state", str(tmp_path / "state"),
              "--out", str(tmp_path / "out"), "--scene", write(tmp_path, bodies)]  # fmt: skip
     assert main(words) == Exit.REJECTED
     shown = capsys.readouterr().err

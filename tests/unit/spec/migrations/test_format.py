@@ -43,10 +43,10 @@ def test_a_file_that_must_state_its_version_has_none_without_schema() -> None:
 @pytest.mark.parametrize(
     ("format_", "schema", "message"),
     [
-        (formats.RUN, "aeros/run/3", "was written by a newer AEROS.+; install a newer AEROS"),
+        (formats.RUN, "aeros/run/4", "was written by a newer AEROS.+; install a newer AEROS"),
         (formats.CRASHES, "aeros/crashes/1", "is an older format.+; run `aeros migrate state/it.json`"),
         (formats.CERTIFICATE, "aeros/certificate/0", "is an older format.+; run `aeros verify`"),
-        (formats.RUN, "aeros/other/1", "its `schema` is not `aeros/run/2`"),
+        (formats.RUN, "aeros/other/1", "its `schema` is not `aeros/run/3`"),
     ],
 )
 def test_a_file_of_another_version_is_refused_with_cause_and_cure(

@@ -62,7 +62,7 @@ def test_a_program_of_today_writes_these_versions() -> None:
         "ecm": 2,
         "scene": 2,
         "checkpoint": 9,
-        "run": 2,
+        "run": 3,
         "crashes": 2,
         "plant-log": 2,
         "memory-database": 6,

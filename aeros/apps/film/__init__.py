@@ -1,0 +1,1 @@
+"""Captions of a film, from the audit log, the trace and the samples of a run."""

@@ -1,0 +1,68 @@
+"""The film of a run in its report page: inside the page if it is small enough, else a link to it."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import Final, NamedTuple
+from urllib.parse import quote
+
+FILM_NAMES: Final = ("film.mp4", "film.webp", "film.gif")
+"""Names of the film in the folder of a run, in the order in which a page looks for one."""
+
+_MAX_BYTES: Final = 16_000_000
+"""Size of the largest film that is put into the page: a third more as text."""
+
+_TYPES: Final = {".mp4": "video/mp4", ".webp": "image/webp", ".gif": "image/gif"}
+
+
+class FilmFile(NamedTuple):
+    """A film.
+
+    Attributes:
+        name: Name of its file, in the folder of the run.
+        content: Its bytes; None if it is too large for the page.
+    """
+
+    name: str
+    content: bytes | None
+
+
+def find_film(folder: Path, names: Sequence[str] = FILM_NAMES) -> FilmFile | None:
+    """Find the film of a run.
+
+    Args:
+        folder: Folder of the run, or of the film.
+        names: Names that it may have, the preferred one first.
+
+    Returns:
+        The film; None if there is none that can be read.
+    """
+    for name in names:
+        path = folder / name
+        try:
+            if path.is_file():
+                return FilmFile(name, path.read_bytes() if path.stat().st_size <= _MAX_BYTES else None)
+        except OSError:
+            continue
+    return None
+
+
+def film_element(film: FilmFile) -> str:
+    """Show a film.
+
+    Args:
+        film: The film.
+
+    Returns:
+        An HTML element that needs no other file, or a link.
+    """
+    if film.content is None:
+        return f'<p><a href="{quote(film.name)}">{escape(film.name)}</a>, which lies beside this page.</p>'
+    kind = _TYPES[Path(film.name).suffix]
+    source = f"data:{kind};base64,{base64.b64encode(film.content).decode()}"
+    if kind.startswith("video"):
+        return f'<video controls muted loop src="{source}"></video>'
+    return f'<img class="film" alt="film of the run" src="{source}">'

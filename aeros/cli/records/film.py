@@ -1,0 +1,200 @@
+"""`aeros film`: make a film of a finished run, with the reason of each decision."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from aeros.apps.film.run_film import FilmError, film_run
+from aeros.cli.arguments import add_command, existing_path, film_path
+from aeros.cli.records.report import available_sites
+from aeros.cli.terminal import print_line, show_progress
+from aeros.exit_codes import Exit
+from aeros.files import replace_durably
+from aeros.spec.model.site import Site
+
+if TYPE_CHECKING:
+    from aeros.sim.film.film import FilmOptions
+
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES: Final = """\
+`aeros run` records poses on the physics plants; this command draws them afterwards.  The film shows the
+decision in force and the rule that bit, speed, force and distance of people against their bounds, rings that
+people must keep, the decided path, and what the robot's camera sees.  Bounds are shown if a site with the
+digest in the log is available, as for `aeros report`.  It needs OpenGL, but no display: MUJOCO_GL selects a
+back end of MuJoCo, egl, osmesa or glfw; without it they are tried in this order.
+
+examples:
+  aeros film runs/demo
+  aeros film runs/demo --speed 4 --out demo.mp4
+  aeros film runs/demo --from 20 --to 30 --size 640x360 --camera fixed --out stop.webp
+"""
+
+_SIZE: Final = re.compile(r"([1-9]\d{1,3})x([1-9]\d{1,3})")
+
+_QUIET_S: Final = 2.0
+"""Time after which progress is shown, s."""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
+    parser = add_command(commands, "film", __doc__, _EXAMPLES)
+    parser.add_argument(
+        "folder", type=existing_path, metavar="RUN", help="output folder of the run (`--out`)"
+    )
+    parser.add_argument(
+        "-o", "--out", type=film_path, metavar="FILE",
+        help="film to write: *.mp4, *.webp or *.gif (default: film.mp4 in that folder)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--size",
+        type=_size,
+        metavar="WxH",
+        help="width and height, pixels (default: 1280x720; 640x360 for *.webp and *.gif)",
+    )
+    parser.add_argument("--speed", type=_speed, default=1.0, help="times as fast as the run (default: 1)")
+    parser.add_argument(
+        "--camera", choices=("orbit", "fixed"), default="orbit",
+        help="turn slowly around the arm, or stand (default: orbit)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--from", type=_time, dest="start", default=0.0, metavar="S", help="start, in s of the run"
+    )
+    parser.add_argument("--to", type=_time, dest="end", metavar="S", help="end, in s of the run")
+    parser.add_argument("--title", default="", help="text at the top (default: the instruction of the run)")
+    parser.add_argument("--no-captions", action="store_true", help="draw the bodies alone")
+    parser.add_argument("--site", type=existing_path, help="the site file of the run")
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
+    )
+    parser.set_defaults(command=_command)
+
+
+def _size(text: str) -> tuple[int, int]:
+    match = _SIZE.fullmatch(text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"`{text}`: expected a width and a height, as in 1280x720")
+    width, height = int(match[1]), int(match[2])
+    if width % 2 or height % 2 or not (320 <= width <= 3840 and 180 <= height <= 2160):
+        raise argparse.ArgumentTypeError(f"`{text}`: expected even numbers from 320x180 to 3840x2160")
+    return width, height
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return -1.0
+
+
+def _speed(text: str) -> float:
+    if not 0.1 <= (speed := _number(text)) <= 100.0:
+        raise argparse.ArgumentTypeError(f"`{text}`: expected a number from 0.1 to 100")
+    return speed
+
+
+def _time(text: str) -> float:
+    if not 0.0 <= (seconds := _number(text)) < 1e6:
+        raise argparse.ArgumentTypeError(f"`{text}`: expected a number of seconds from 0 on")
+    return seconds
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    path: Path = arguments.out or arguments.folder / "film.mp4"
+    if arguments.end is not None and arguments.end <= arguments.start:
+        print("aeros: --to must be after --from", file=sys.stderr)
+        return Exit.USAGE
+    sites = {site.digest: site for site in available_sites(arguments.state, arguments.site)}
+    options = {
+        "size": arguments.size or default_size(path),
+        "speed": arguments.speed,
+        "camera": arguments.camera,
+        "start": arguments.start,
+        "end": arguments.end,
+        "title": arguments.title,
+        "has_captions": not arguments.no_captions,
+    }
+    return write_film(arguments.folder, path, sites, options)
+
+
+def default_size(path: Path) -> tuple[int, int]:
+    """Return the size of a film without the option.
+
+    Args:
+        path: The film's file.
+
+    Returns:
+        Width and height, pixels.
+    """
+    return (1280, 720) if path.suffix == ".mp4" else (640, 360)
+
+
+def write_film(folder: Path, path: Path, sites: Mapping[str, Site], options: Mapping[str, object]) -> Exit:
+    """Write the film of a run, and print a summary.
+
+    Args:
+        folder: Folder of the run.
+        path: The film's file.
+        sites: Available sites of the run, by digest.
+        options: Fields of `FilmOptions`.
+
+    Returns:
+        The exit code: rejected if the film cannot be made or written.
+    """
+    began = time.monotonic()
+    try:
+        chosen = _film_options({"size": default_size(path), **options})
+        content = film_run(folder, path, chosen, sites, _shows_progress())
+        replace_durably(path, content, is_private=False)
+    except FilmError as error:
+        print(f"aeros: {error}", file=sys.stderr)
+        return Exit.REJECTED
+    except OSError as error:
+        print(f"aeros: cannot write `{path}`: {error.strerror}", file=sys.stderr)
+        return Exit.REJECTED
+    seconds = time.monotonic() - began
+    print_line(f"film       {path}, {len(content) / 1e6:.1f} MB, drawn in {seconds:.0f} s")
+    return Exit.SUCCESS
+
+
+def _film_options(options: Mapping[str, object]) -> FilmOptions:
+    """Return options of a film.
+
+    Raises:
+        FilmError: A package is missing.
+    """
+    try:
+        from aeros.sim.film.film import FilmOptions
+    except ImportError as error:
+        raise FilmError(f"a film needs `pip install 'aeros[film]'` ({error.name} is missing)") from error
+    return FilmOptions(**options)  # type: ignore[arg-type]
+
+
+def _shows_progress() -> Callable[[int, int], None]:
+    """Return a function that shows how far a film is, once that takes long."""
+    began = time.monotonic()
+    shown = began
+
+    def show(done: int, total: int) -> None:
+        nonlocal shown
+        now = time.monotonic()
+        if not sys.stderr.isatty() or now - began < _QUIET_S:
+            return
+        if done == total:
+            show_progress("")
+        elif now - shown > 0.2:
+            left = (now - began) / done * (total - done)
+            shown = now
+            show_progress(f"film: picture {done} of {total}, {left:.0f} s left …")
+
+    return show

@@ -1,0 +1,56 @@
+"""The recorder writes 30 pictures a second of what moves, from a world that it only reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from aeros.sim.film.recorder import PoseRecorder
+from aeros.sim.film.recording import read_recording
+from aeros.sim.physics import make_mujoco_engine, make_plant
+from aeros.skill import act
+from tests.shipped_scenes import shipped_scene
+from tests.unit.sim.acting import allow, execute
+
+pytest.importorskip("mujoco")
+
+
+def test_a_plant_is_recorded_with_its_looks_and_its_layers(tmp_path: Path) -> None:
+    path = tmp_path / "poses.jsonl"
+    scene = shipped_scene("table")
+    plant = make_plant(scene, 0, engine=make_mujoco_engine(), spectators=[PoseRecorder(path)])
+    execute(plant, act("wait", duration=0.2), allow, 1e9)
+    ended, truth = plant.now(), plant.observe()["joint_position"].value
+    plant.close()
+    plant.close()
+    read = read_recording(path)
+    times = [sample.time for sample in read.samples]
+    assert times == pytest.approx([number / 30 for number in range(int(ended * 30 + 1e-6) + 1)], abs=1e-4)
+    assert read.samples[-1].joints == pytest.approx(truth, abs=2e-3)
+    assert {one.body for one in read.stage.actors} == scene.bodies.keys()
+    looks = sum(len(one.shapes) for one in read.stage.actors if one.body == "sponge")
+    assert looks == len(scene.bodies["sponge"].look) > 3
+    assert read.stage.cameras.keys() == scene.cameras.keys()
+    assert set(read.samples[0].coated["dirt"]) == {"1"}
+    assert read.stage.robot.carriage is not None
+    # A world at rest costs a line of some 30 bytes a picture.
+    assert len(path.read_bytes().splitlines()[-1]) < 200
+
+
+def test_a_full_disk_stops_no_robot(tmp_path: Path) -> None:
+    recorder = PoseRecorder(tmp_path / "poses.jsonl")
+
+    class FullDisk:
+        def write(self, _: bytes) -> int:
+            raise OSError(28, "No space left on device")
+
+        def close(self) -> None:
+            raise OSError(28, "No space left on device")
+
+    recorder.close()
+    recorder._file = FullDisk()  # type: ignore[assignment]
+    plant = make_plant(shipped_scene("bare"), 0, engine=make_mujoco_engine(), spectators=[recorder])
+    execute(plant, act("wait", duration=0.1), allow, 1e9)
+    plant.close()
+    assert recorder.lost >= 4
