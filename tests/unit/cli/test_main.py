@@ -46,18 +46,6 @@ def test_code_that_proves_and_reports_is_imported_only_by_commands_that_need_it(
     )
 
 
-@pytest.mark.parametrize("command", ["verify", "run", "decide"])
-def test_every_command_has_help_with_examples_and_exit_codes(
-    command: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main([command, "--help"])
-    assert ended.value.code == 0
-    shown = capsys.readouterr().out
-    assert "exit codes: 0 proved" in shown
-    assert f"aeros {command} " in shown
-
-
 @pytest.mark.parametrize(
     ("command", "old", "new"),
     [(command, old, new) for command, names in RENAMED_OPTIONS.items() for old, new in names.items()],

@@ -195,15 +195,6 @@ def test_a_wrong_command_line_is_a_usage_error(
     assert "usage: aeros" in capsys.readouterr().err
 
 
-def test_the_help_explains_exit_codes_and_shows_examples(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(["verify", "--help"])
-    assert ended.value.code == 0
-    shown = capsys.readouterr().out
-    assert "exit codes: 0 proved" in shown
-    assert "aeros verify ecms/ --check" in shown
-
-
 def test_a_path_without_a_module_is_rejected(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert verify(tmp_path) == Exit.REJECTED
     (tmp_path / "skills.py").touch()
