@@ -130,7 +130,8 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
         segments[1] = replace(segments[1], link=Link.AFTER if comes_later else Link.THEN)
     if segments[0].mood is Mood.REQUEST:
         _require_request(whole, tokens, is_question=is_question)
-    if segments[-1].mood is Mood.REQUEST and COMMA not in closers:
+    closers = closers[: closers.index(COMMA)] if COMMA in closers else closers
+    if segments[-1].mood is Mood.REQUEST:
         segments[-1] = replace(segments[-1], closers=segments[-1].closers + closers)
     if len(segments) > 1 and segments[-1].mood is Mood.CONDITION and segments[-2].mood is Mood.REQUEST:
         # As in `clean it, but only if it is dirty`.

@@ -26,9 +26,7 @@ def causatives(wording: Wording) -> Iterator[Wording]:
     for linked in (rest, *without_each(rest, english.COPULAS)):
         if any(english.participle_bases(word) for word in linked):
             yield wording.with_object_first(linked, is_perfect=True)
-        if any(word.endswith("ing") for word in linked):
-            yield wording.with_object_first(linked)
-        if linked and linked[-1] in english.ADJECTIVES:
+        if causative[-1] != "see":  # `can you see the can to the left?`
             yield wording.with_object_first(linked)
     for act in without_each(rest, english.RECEIPTS):
         # `see that the table gets a wipe`

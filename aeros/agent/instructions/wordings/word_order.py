@@ -12,7 +12,7 @@ _COLOUR: Final = ("color", "colour")
 
 
 def particles(wording: Wording) -> Iterator[Wording]:
-    """Put a particle beside its verb: `pick me up a book` is `pick up me a book`.
+    """Put a particle, or for whom it is, beside the verb: `pick me up a book` is `pick up me a book`.
 
     Args:
         wording: words of a request.
@@ -24,6 +24,8 @@ def particles(wording: Wording) -> Iterator[Wording]:
     for at in range(2, len(words)):
         if words[at] in english.PARTICLES:
             yield wording.with_words((words[0], words[at], *words[1:at], *words[at + 1 :]))
+        elif words[at] == "for" and at + 1 < len(words):
+            yield wording.with_words((words[0], *words[at:], *words[1:at]))  # `lay for six the table`
 
 
 def attributes(wording: Wording) -> Iterator[Wording]:
