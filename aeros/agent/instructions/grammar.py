@@ -22,7 +22,7 @@ from aeros.agent.instructions.reasons.statements import is_statement
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.segments import COLON, COMMA, Link, Mood, Segment, Sentence
 from aeros.agent.instructions.sentences.branches import with_branches
-from aeros.agent.instructions.sentences.checks import without_checks
+from aeros.agent.instructions.sentences.checks import CHECK, without_checks
 from aeros.agent.instructions.sentences.clauses import (
     carried_words,
     segments_of,
@@ -62,8 +62,9 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
     for tokens, is_question, is_otherwise in with_branches(without_checks(spoken)):
         if sentences and _is_prohibition(sentences[-1]):
             tokens = tuple(word for word in tokens if word != "instead")
+        is_check, tokens = tokens[0] == CHECK, tokens[tokens[0] == CHECK :]
         sentence = _parse_sentence(tokens, is_question=is_question, is_first=not sentences)
-        sentence = tuple(replace(one, is_otherwise=is_otherwise) for one in sentence)
+        sentence = tuple(replace(one, is_otherwise=is_otherwise, is_check=is_check) for one in sentence)
         if sentences and english.SENTENCE_TURNS.starting(tokens):
             sentences[-1] = _turned(sentences[-1], sentence)
         else:

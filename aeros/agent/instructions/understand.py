@@ -24,7 +24,7 @@ from aeros.agent.instructions.lexicon import TaskPhrases, task_phrases
 from aeros.agent.instructions.meaning import Errand, Spoken, Understanding, with_goal
 from aeros.agent.instructions.merging import merged_requests
 from aeros.agent.instructions.named_task import named_tasks
-from aeros.agent.instructions.prohibitions import is_universal, prohibited_tasks
+from aeros.agent.instructions.prohibitions import is_universal, prohibited_tasks, without_prohibited_parts
 from aeros.agent.instructions.reasons.plain_reasons import (
     is_topic,
     require_no_retraction,
@@ -181,6 +181,8 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
         for segment, condition in _requests(merged_requests(sentence, tasks, context)):
             if segment.mood is Mood.REQUEST and last and is_own_check(segment, last[0], tasks):
                 continue  # `…, then check that it is clean`: the goal says that
+            if segment.is_check and not _is_understood(segment, tasks, context):
+                continue
             if segment.mood is Mood.REQUEST:
                 request = read_request(segment, condition, tasks, context, last and last[0].topic)
                 refined = last and refined_request(last[0], request, segment, last[1])
@@ -212,11 +214,21 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             raise NothingAskedError(
                 f"the instruction asks for `{errand.routed.formal_text}` and prohibits it"
             )
+    errands = without_prohibited_parts(errands, prohibited)
     require_no_alternative(errands)
     for reason in reasons:
         require_plain_reason(reason, tasks, [errand.routed for errand in errands])
     account = tuple(f"{quoted(' '.join(reason.words))}: a reason, asks for nothing" for reason in reasons)
     return Understanding(instruction, tuple(errands), tuple(prohibited), account=account)
+
+
+def _is_understood(segment: Segment, tasks: Sequence[TaskPhrases], context: Sequence[Errand]) -> bool:
+    """Return True if a task does what a check asks for."""
+    try:
+        read_request(segment, None, tasks, context)
+    except InstructionError:
+        return False
+    return True
 
 
 def _context(

@@ -26,7 +26,8 @@ def causatives(wording: Wording) -> Iterator[Wording]:
     for linked in (rest, *without_each(rest, english.COPULAS)):
         if any(english.participle_bases(word) for word in linked):
             yield wording.with_object_first(linked, is_perfect=True)
-        if causative[-1] != "see":  # `can you see the can to the left?`
+        if causative[-1] != "see" or linked[-1:] and linked[-1] in english.ADJECTIVES:
+            # `can you see the can to the left?` asks for nothing
             yield wording.with_object_first(linked)
     for act in without_each(rest, english.RECEIPTS):
         # `see that the table gets a wipe`
