@@ -109,6 +109,16 @@ BEING: Final = _phrases("being")
 POSITIONS: Final = _words("positions")
 GRASP_VERBS: Final = _words("grasp_verbs")
 NO_SLIPS: Final = _words("no_slips")
+COLOURS: Final = _words("colours")
+WITHDRAWALS: Final = _phrases("withdrawals")
+RETRACTIONS: Final = _words("retractions")
+STATEMENT_OPENERS: Final = _phrases("statement_openers")
+BARRED: Final = frozenset(
+    {",", ":", *CHOICES, *DESIRES, *MODALS, *NEGATIVES, *NO_STATEMENTS, *PRONOUNS, *REPETITIONS, *RETRACTIONS, *TURNS}
+    | {"then", *_DATA["numbers"]}
+) - {"love", "looking", "waiting"}
+"""Words that no free part of a remark has."""
+FREE_REMARKS: Final = PhraseSet(_DATA["free_remarks"], _DATA["classes"], BARRED)
 ALL_WORDS: Final = frozenset(
     word
     for texts in (*(one for name, one in _DATA.items() if name != "no_slips"), *_DATA["classes"].values())

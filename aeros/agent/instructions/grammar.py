@@ -11,6 +11,7 @@ certain, such as the scope of `do not … and …`, is refused.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from typing import Final
@@ -18,9 +19,9 @@ from typing import Final
 from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.reasons.reason_clauses import without_reasons
-from aeros.agent.instructions.reasons.statements import is_statement
+from aeros.agent.instructions.reasons.statements import is_remark, is_statement
 from aeros.agent.instructions.refusals import InstructionError
-from aeros.agent.instructions.segments import COLON, COMMA, Link, Mood, Segment, Sentence
+from aeros.agent.instructions.segments import COLON, COMMA, Link, Mood, Segment, Sentence, without_commas
 from aeros.agent.instructions.sentences.branches import with_branches
 from aeros.agent.instructions.sentences.checks import CHECK, without_checks
 from aeros.agent.instructions.sentences.clauses import (
@@ -103,8 +104,10 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     link = () if len(english.LEADING.starting(tokens)) > len(link) else link
     # At the very start, `later` is a time, and links nothing.
     tokens = tokens if is_first and link == _LATER else tokens[len(link) :]
+    tokens, remarks = _without_remarks(tokens)
     whole = tokens
     tokens, reasons = _without_statements(tokens)
+    reasons = remarks + reasons
     if reasons and not tokens:
         return tuple(reasons)
     tokens = tuple(COMMA if token == COLON else token for token in tokens)
@@ -119,6 +122,12 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     leading = english.LEADING.starting(tokens) if COMMA in tokens else ()
     leading = () if len(opener) > len(leading) else leading
     segments = list(segments_of(tokens[len(leading) :]))
+    if opener == ("first",):
+        # `first you wipe the table, after you bring the can`
+        segments = [
+            replace(one, link=Link.THEN) if one.joint in _AFTERWARDS and one.link is Link.AFTER else one
+            for one in segments
+        ]
     if not segments:
         raise InstructionError("the instruction asks for nothing")
     if leading:
@@ -140,6 +149,35 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     is_polite = any(word in _POLITE for word in whole) or _is_order(whole)
     carried = carried_words(segments)
     return (*(replace(one, is_polite=is_polite, carried=carried) for one in segments), *reasons)
+
+
+def _without_remarks(tokens: Words) -> tuple[Words, list[Segment]]:
+    """Take remarks between pauses from a sentence: `phew, what a day, wipe the table, my back hurts`.
+
+    Raises:
+        InstructionError: one withdraws the rest, as in `clean the table, yeah right`.
+    """
+    kept: list[Words] = []
+    remarks: list[Segment] = []
+    for part in _parts(tokens):
+        words = without_commas(part)
+        if words in english.WITHDRAWALS:
+            raise InstructionError(f"{quoted(' '.join(words))} may take back what is said before it")
+        if words and COLON not in words and (words in english.FREE_REMARKS or (kept and is_remark(words))):
+            remarks.append(Segment(Mood.REASON, words, Link.ADJUNCT))
+        else:
+            kept.append(part)
+    rest = tuple(token for part in kept for token in part)
+    return (rest[1:] if rest[:1] == (COMMA,) else rest), remarks
+
+
+def _parts(tokens: Words) -> Iterator[Words]:
+    """Yield the words from each comma, which comes first, to the next."""
+    begin = 0
+    for at, token in enumerate((*tokens, COMMA)):
+        if token == COMMA and at > begin:
+            yield tokens[begin:at]
+            begin = at
 
 
 def _without_statements(tokens: Words) -> tuple[Words, list[Segment]]:
@@ -167,6 +205,7 @@ def _without_greeting(tokens: Words) -> Words:
     return tokens[end + 1 :] if end and not rest and not english.SENTENCE_TURNS.starting(tokens) else tokens
 
 
+_AFTERWARDS: Final = frozenset({f"{COMMA} after", f"{COMMA} after you"})
 _LATER: Final = ("later",)
 _THANKS: Final = frozenset({"thank", "thanks"})
 _POLITE: Final = frozenset({"please", "pls", "plz", "kindly"})

@@ -6,14 +6,17 @@ from collections.abc import Sequence
 from typing import Final
 
 from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import counted_parameter
 from aeros.agent.instructions.conditions import find_condition
 from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.reasons.statements import is_remark
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
+from aeros.spec.expr import terms as t
 
 
 def without_statements(sentence: Sentence, tasks: Sequence[TaskPhrases]) -> tuple[Sentence, list[Segment]]:
@@ -75,7 +78,8 @@ def require_plain_reason(
         InstructionError: it holds a condition or a negation, or asks for a task.
     """
     words = reason.words
-    is_stated = any(find_condition(reason, entry) is not None for entry in tasks)
+    _require_agreement(reason, tasks, asked_for)
+    is_stated = words in english.FREE_REMARKS or any(find_condition(reason, entry) is not None for entry in tasks)
     speaks_of_people = words[:1] in (("i",), ("we",), ("he",), ("she",), ("they",))
     refused = english.CHOICES | english.REPETITIONS | english.TURNS
     refused |= frozenset() if speaks_of_people else english.NEGATIVES
@@ -99,6 +103,40 @@ def require_plain_reason(
         why = quoted(doubtful[0]) if doubtful else f"`{asked[0]}`"
         text = " ".join((*reason.marker, *words))
         raise InstructionError(f"it is not clear if {quoted(text)} is only a reason, because of {why}")
+
+
+def _require_agreement(
+    reason: Segment, tasks: Sequence[TaskPhrases], asked_for: Sequence[RoutedTask]
+) -> None:
+    """Require that a reason neither says that a goal is reached, nor a number or colour of what is asked for.
+
+    Raises:
+        InstructionError: it does, as in `the table is clean, wipe it` and `there are five of us, make tea`.
+    """
+    text = quoted(" ".join((*reason.marker, *reason.words)))
+    for entry in tasks:
+        for routed in (one for one in asked_for if entry.routed.covers(one)):
+            found = find_condition(reason, entry, is_own=True)
+            goal = routed.task.goal
+            if found is not None and found.term in (goal.operands if isinstance(goal, t.And) else (goal,)):
+                raise InstructionError(f"{text} says that the goal of `{routed}` is reached")
+            counted = counted_parameter(routed.task)
+            is_default = counted is not None and routed.arguments[counted.name] == counted.default
+            if is_default and any(_says_how_many(reason.words, at) for at in range(len(reason.words))):
+                raise InstructionError(f"{text} may say how many are wanted; say the number in the request")
+            named = cover(entry, reason.words, knows_pronoun=False).values
+            colours = english.COLOURS.intersection(reason.words) - {
+                word for value in entry.values if value.names_object for word in value.words
+            }
+            if named.is_specific and colours:
+                raise InstructionError(f"{text} says a colour that `{routed}` does not know")
+
+
+def _says_how_many(words: Words, at: int) -> bool:
+    """Return True at the number of `we are six`; `at eight` is a time."""
+    number = english.number_of(words[at])
+    is_time = at > 0 and words[at - 1] in ("at", "by", "in", "until", "since")
+    return number is not None and number > 1 and not is_time
 
 
 def _is_known_place(words: Words, tasks: Sequence[TaskPhrases], asked_for: Sequence[RoutedTask]) -> bool:
@@ -130,7 +168,7 @@ def require_no_retraction(reasons: Sequence[Segment], tasks: Sequence[TaskPhrase
         InstructionError: one is a statement, neither about people nor of a condition that a task declares.
     """
     for one in reasons:
-        is_marked = one.marker or not english.PERSONS.isdisjoint(one.words[:3])
+        is_marked = one.marker or is_remark(one.words)
         if not is_marked and not any(find_condition(one, entry, is_own=True) for entry in tasks):
             raise InstructionError(
                 f"{quoted(one.text)} may take back what is asked for before it; say reasons first, or with "

@@ -22,6 +22,33 @@ _OWN_ACTS: Final = frozenset({"see", "watch", "visit", "eat", "meet", "come", "k
 _FUTURE: Final = frozenset({"will", "ll"})
 
 
+def is_remark(words: Words) -> bool:
+    """Check if some words ask for nothing even after a request: they cannot take it back.
+
+    Args:
+        words: words between two pauses.
+
+    Returns:
+        True for a declared remark, and for what people are, have or do without a word that may be about the
+        request: `my guests are about to arrive`, and not `i did it` or `she says`.
+    """
+    if words in english.FREE_REMARKS:
+        return True
+    names_person = words[:1] in _PERSON_SUBJECTS or (
+        words[:1] and words[0] in english.DETERMINERS | english.POSSESSIVES and not english.PERSONS.isdisjoint(words[1:4])
+    )
+    is_full = len(words) > _MIN_REMARK and (english.BARRED - _TO).isdisjoint(words) and words[-1] not in _SPEECH
+    return names_person and is_full and is_statement(words)
+
+
+_PERSON_SUBJECTS: Final = (("i",), ("we",), ("they",), ("he",), ("she",), ("everyone",), ("everybody",), ("people",))
+_TO: Final = frozenset({"to"})
+_MIN_REMARK: Final = 2
+"""Words that a remark about people has more than: `she laughs` may report a speech."""
+_SPEECH: Final = frozenset({"barked", "called", "cried", "full", "go", "goes", "like", "screamed", "shouted", "went", "was", "is", "yelled"})
+"""Last words of a statement after which a speech may follow, as in `she goes, …`."""
+
+
 def is_statement(words: Words) -> bool:
     """Check if some words state something and ask for nothing.
 
@@ -31,9 +58,11 @@ def is_statement(words: Words) -> bool:
     Returns:
         True if they begin with a subject that has a finite verb.
     """
+    while opener := english.STATEMENT_OPENERS.starting(words):
+        words = words[len(opener) :]
     if words[1:2] == ("and",) and words[0] in english.PERSONS and words[2:3] and words[2] in english.PERSONS:
         words = words[2:]  # `grandma and grandpa are here`
-    if len(words) < 2 or not english.NO_STATEMENTS.isdisjoint(words):
+    if len(words) < 2 or not english.NO_STATEMENTS.isdisjoint(words) or words[-1] in _SPEECH:
         return False
     if english.PROHIBITIONS.starting(words) or english.WISHES.starting(words):
         return False
@@ -44,7 +73,11 @@ def is_statement(words: Words) -> bool:
     if words[0] in english.FILLERS:
         return False  # `please have it cleaned`
     first, second = words[0], words[1]
-    rest = frozenset(word for at, word in enumerate(words) if at and not _is_can(words, at))
+    rest = frozenset(
+        word
+        for at, word in enumerate(words)
+        if at and not _is_can(words, at) and not (word == "to" and words[at - 1] in _BEFORE_TO)
+    )
     if first in _SPEAKERS and not english.DESIRES.isdisjoint(words[1:4]):
         return False
     if first in english.DETERMINERS | english.POSSESSIVES and _is_wish_of_others(words):
@@ -66,6 +99,12 @@ def is_statement(words: Words) -> bool:
         (second in english.FINITE and (second != "s" or first in english.PERSONS))
         or (first in english.PERSONS and second in english.FINITE_OF_PERSONS)
     )
+
+
+_BEFORE_TO: Final = frozenset(
+    {"about", "back", "close", "come", "coming", "due", "get", "getting", "got", "going", "here", "next", "over", "ready", "round", "thanks", "trying", "unable", "used", "way"}
+)
+"""Words after which `to` tells of nothing that is to be done."""
 
 
 def _is_can(words: Words, at: int) -> bool:
