@@ -23,7 +23,14 @@ def _words(name: str) -> frozenset[str]:
 
 
 def _phrases(*names: str) -> PhraseSet:
-    return PhraseSet((text for name in names for text in _DATA[name]), _DATA["classes"])
+    return PhraseSet((text for name in names for text in _DATA[name]), _DATA["classes"], BARRED)
+
+
+_BARRING: Final = (
+    "choices", "desires", "determiners", "modals", "negatives", "no_statements", "numbers", "pronouns", "repetitions", "retractions", "turns",
+)
+BARRED: Final = frozenset({",", ":", "then", *(word for name in _BARRING for word in _DATA[name])})
+"""Words that no free part of a phrase has."""
 
 
 # The comments in `english.toml` describe each list.
@@ -113,12 +120,9 @@ COLOURS: Final = _words("colours")
 WITHDRAWALS: Final = _phrases("withdrawals")
 RETRACTIONS: Final = _words("retractions")
 STATEMENT_OPENERS: Final = _phrases("statement_openers")
-BARRED: Final = frozenset(
-    {",", ":", *CHOICES, *DESIRES, *MODALS, *NEGATIVES, *NO_STATEMENTS, *PRONOUNS, *REPETITIONS, *RETRACTIONS, *TURNS}
-    | {"then", *_DATA["numbers"]}
-) - {"love", "looking", "waiting"}
-"""Words that no free part of a remark has."""
-FREE_REMARKS: Final = PhraseSet(_DATA["free_remarks"], _DATA["classes"], BARRED)
+BARRED_IN_REMARKS: Final = (BARRED - DETERMINERS) | PRONOUNS | RETRACTIONS
+"""Words that no remark has: determiners ask for nothing there."""
+FREE_REMARKS: Final = PhraseSet(_DATA["free_remarks"], _DATA["classes"], BARRED_IN_REMARKS)
 ALL_WORDS: Final = frozenset(
     word
     for texts in (*(one for name, one in _DATA.items() if name != "no_slips"), *_DATA["classes"].values())

@@ -1,10 +1,11 @@
 """Sets of phrases of English, written as patterns with alternatives, and the longest phrase at a place.
 
-    pattern      = { word | "(" alternatives ")" | "<" class ">" | "**" }
+    pattern      = { word | "(" alternatives ")" | "<" class ">" | "*" | "**" }
     alternatives = pattern { "|" pattern }, of which any may be empty
 
-A class is a named list of patterns. `(i|we) need (for|) you to` is four phrases. `**` stands for one to
-`MAX_FREE` words that are not barred; a pattern neither begins with it, nor is found from its end.
+A class is a named list of patterns. `(i|we) need (for|) you to` is four phrases. `*` stands for one word
+that is not barred, and `**` for up to `MAX_FREE`; a pattern does not begin with one, nor is one that ends with it
+found from its end.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ _Alternatives: TypeAlias = "tuple[_Pattern, ...]"
 _TOKEN: Final = re.compile(r"\s*([(|)]|<\w+>|[^\s(|)<]+)")
 
 
-_FREE: Final = "**"
+_FREE: Final = ("*", "**")
 MAX_FREE: Final = 7
 """Limit on the words that `**` stands for."""
 
@@ -89,8 +90,9 @@ def _ends(pattern: _Pattern, words: Words, at: int, barred: frozenset[str]) -> s
     """Return the places at which a phrase of the pattern that begins at `at` may end."""
     places = {at}
     for item in pattern:
-        if item == _FREE:
-            places = {end for place in places for end in _free_ends(words, place, barred)}
+        if item in _FREE:
+            most = 1 if item == _FREE[0] else MAX_FREE
+            places = {end for place in places for end in _free_ends(words, place, barred, most)}
         elif isinstance(item, str):
             places = {place + 1 for place in places if place < len(words) and words[place] == item}
         else:
@@ -98,8 +100,8 @@ def _ends(pattern: _Pattern, words: Words, at: int, barred: frozenset[str]) -> s
     return places
 
 
-def _free_ends(words: Words, at: int, barred: frozenset[str]) -> Iterator[int]:
-    for place in range(at, min(len(words), at + MAX_FREE)):
+def _free_ends(words: Words, at: int, barred: frozenset[str], most: int) -> Iterator[int]:
+    for place in range(at, min(len(words), at + most)):
         if words[place] in barred:
             return
         yield place + 1

@@ -37,7 +37,7 @@ def is_remark(words: Words) -> bool:
     names_person = words[:1] in _PERSON_SUBJECTS or (
         words[:1] and words[0] in english.DETERMINERS | english.POSSESSIVES and not english.PERSONS.isdisjoint(words[1:4])
     )
-    is_full = len(words) > _MIN_REMARK and (english.BARRED - _TO).isdisjoint(words) and words[-1] not in _SPEECH
+    is_full = len(words) > _MIN_REMARK and (english.BARRED_IN_REMARKS - _TO).isdisjoint(words) and words[-1] not in _SPEECH
     return names_person and is_full and is_statement(words)
 
 
