@@ -180,6 +180,7 @@ class _Cover(_CoveredWords):
         at_number = at if counted is None else _labelled_number(words, at, counted.name)
         if at_number > at:
             self._stated.add_number(words[at_number], english.number_of(words[at_number]) or 0)
+            self._is_order = True
             return at_number + 1 - at
         return 0
 

@@ -105,15 +105,18 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     # At the very start, `later` is a time, and links nothing.
     tokens = tokens if is_first and link == _LATER else tokens[len(link) :]
     tokens, remarks = _without_remarks(tokens)
-    whole = tokens
     tokens, reasons = _without_statements(tokens)
     reasons = remarks + reasons
+    if reasons:
+        tokens = tokens[len(english.CONCLUSIONS.starting(tokens)) :]
+    whole = tokens
     if reasons and not tokens:
         return tuple(reasons)
     tokens = tuple(COMMA if token == COLON else token for token in tokens)
     if tokens[:1] == ("should",) and COMMA in tokens and not is_question:
         # `should the table be dirty, …`
-        tokens = ("if", *("is" if word == "be" else word for word in tokens[1:]))
+        end = tokens.index(COMMA)
+        tokens = ("if", *("is" if word == "be" else word for word in tokens[1:end]), *tokens[end:])
     tokens, more = without_reasons(rephrased(_without_greeting(tokens)))
     reasons += more
     tokens, closers = strip_ends(tokens), tokens
@@ -146,7 +149,8 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     if len(segments) > 1 and segments[-1].mood is Mood.CONDITION and segments[-2].mood is Mood.REQUEST:
         # As in `clean it, but only if it is dirty`.
         segments[-1] = replace(segments[-1], link=Link.ADJUNCT)
-    is_polite = any(word in _POLITE for word in whole) or _is_order(whole)
+    is_cued = opener in _ORDER_OPENERS or not _ORDER_CUES.isdisjoint((*opener, *closers))
+    is_polite = any(word in _POLITE for word in whole) or _is_order(whole) or is_cued
     carried = carried_words(segments)
     return (*(replace(one, is_polite=is_polite, carried=carried) for one in segments), *reasons)
 
@@ -187,15 +191,29 @@ def _without_statements(tokens: Words) -> tuple[Words, list[Segment]]:
         while (rest := _without_greeting(tokens)) != tokens:
             # `my back hurts, so clean it`
             tokens = rest[1:] if rest[:1] == ("so",) else rest
-        end = next((at for at, token in enumerate(tokens) if token in (COMMA, COLON)), len(tokens))
+        end = next((at for at in range(len(tokens)) if _ends_statement(tokens, at)), len(tokens))
         statement = tokens[:end] if is_statement(tokens[:end]) else strip_closers(tokens[:end])
         is_report = tokens[end : end + 1] == (COLON,) and not english.OPENERS.starting(tokens, end + 1)
         if is_report or not is_statement(statement):
             break
-        so = tokens[end + 1 : end + 2] if tokens[end + 1 : end + 2] in (("so",), ("therefore",)) else ()
+        end += tokens[end : end + 1] in ((COMMA,), (COLON,))
+        so = english.CONCLUSIONS.starting(tokens, end)
         reasons.append(Segment(Mood.REASON, statement, Link.START, so))
-        tokens = tokens[end + 1 + len(so) :]
+        tokens = tokens[end + len(so) :]
     return tokens, reasons
+
+
+def _ends_statement(tokens: Words, at: int) -> bool:
+    """Return True at a pause, and, in a transcript without pauses, before `so please` and `could you`."""
+    if tokens[at] in (COMMA, COLON):
+        return True
+    so = tokens[at] == "so"
+    opener = english.OPENERS.starting(tokens, at + so)
+    is_asked = bool(_POLITE.intersection(opener)) or opener[:2] in _ASKED
+    return at > 1 and is_asked and is_statement(tokens[:at])
+
+
+_ASKED: Final = (("can", "you"), ("could", "you"), ("would", "you"), ("will", "you"))
 
 
 def _without_greeting(tokens: Words) -> Words:
@@ -208,6 +226,8 @@ def _without_greeting(tokens: Words) -> Words:
 _AFTERWARDS: Final = frozenset({f"{COMMA} after", f"{COMMA} after you"})
 _LATER: Final = ("later",)
 _THANKS: Final = frozenset({"thank", "thanks"})
+_ORDER_CUES: Final = frozenset({"asap", "immediately", "just", "now", "only", "quick", "time"})
+_ORDER_OPENERS: Final = (("first",), ("firstly",), ("second",), ("secondly",), ("third",), ("thirdly",), ("fourth",))
 _POLITE: Final = frozenset({"please", "pls", "plz", "kindly"})
 
 
@@ -273,6 +293,9 @@ def check_scopes(sentence: Sentence) -> Sentence:
             )
         if before.mood is Mood.PROHIBITION and segment.mood is Mood.REQUEST:
             ends_itself = before.marker[:2] in _BOUNDED and segment.joint == COMMA
+            # `stop making tea and clean the table`
+            is_gerund = before.marker in _BEFORE_GERUND and before.words[:1] and before.words[0].endswith("ing")
+            ends_itself |= bool(is_gerund) and not segment.words[0].endswith("ing")
             if segment.link is not Link.THEN and not ends_itself and not segment.is_new:
                 raise InstructionError(
                     f"{quoted(before.text)}, {quoted(segment.text)}: is the second wanted, or prohibited, "
@@ -302,6 +325,7 @@ def check_scopes(sentence: Sentence) -> Sentence:
     return sentence
 
 
+_BEFORE_GERUND: Final = (("stop",), ("quit",), ("cease",), ("avoid",), ("without",))
 _BOUNDED: Final = frozenset(
     {("instead", "of"), ("rather", "than"), ("without",), ("not",), ("never", "mind"), ("forget", "about")}
 )

@@ -164,7 +164,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             require_no_retraction(own_reasons, tasks)
         reasons += own_reasons
         # A sentence that is only a reason, as in `The table is dirty. Clean it.`, leads the next one.
-        context = _context(errands, own_reasons or leading, tasks)
+        context = _context(errands, [*leading, *own_reasons], tasks)
         leading = [] if sentence else own_reasons
         if sentence and sentence[0].is_otherwise:
             other = read_otherwise(sentence, first, tasks, context)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 from aeros.agent.instructions import english
@@ -37,7 +38,11 @@ def without_statements(sentence: Sentence, tasks: Sequence[TaskPhrases]) -> tupl
             and not segment.openers
             and len(segment.words) > 1
             and english.MODALS.isdisjoint(segment.words)
-            and any(find_condition(segment, entry, is_own=bool(kept)) is not None for entry in tasks)
+            and any(
+                find_condition(one, entry, is_own=bool(kept)) is not None
+                for entry in tasks
+                for one in (segment, replace(segment, words=("there", "is", *segment.words)))
+            )
         )
         (reasons if is_stated or segment.mood is Mood.REASON else kept).append(segment)
     return tuple(kept), reasons
@@ -79,7 +84,7 @@ def require_plain_reason(
     """
     words = reason.words
     _require_agreement(reason, tasks, asked_for)
-    is_stated = words in english.FREE_REMARKS or any(find_condition(reason, entry) is not None for entry in tasks)
+    is_stated = is_remark(words) or any(find_condition(reason, entry) is not None for entry in tasks)
     speaks_of_people = words[:1] in (("i",), ("we",), ("he",), ("she",), ("they",))
     refused = english.CHOICES | english.REPETITIONS | english.TURNS
     refused |= frozenset() if speaks_of_people else english.NEGATIVES
@@ -91,7 +96,8 @@ def require_plain_reason(
     doubtful = [
         word
         for at, word in enumerate(words)
-        if word in refused and not is_stated and not _is_known_place(words[at:], tasks, asked_for)
+        if word in refused and not is_stated
+        if not _is_known_place(words[at:], tasks, asked_for) and not _is_known_part(words[at:], tasks, asked_for)
     ]
     asked = [
         entry.routed
@@ -103,6 +109,18 @@ def require_plain_reason(
         why = quoted(doubtful[0]) if doubtful else f"`{asked[0]}`"
         text = " ".join((*reason.marker, *words))
         raise InstructionError(f"it is not clear if {quoted(text)} is only a reason, because of {why}")
+
+
+def _is_known_part(words: Words, tasks: Sequence[TaskPhrases], asked_for: Sequence[RoutedTask]) -> bool:
+    """Return True for `on the left half …` if that half is asked for."""
+    begin = next((at for at in range(1, len(words)) if words[at] not in english.DETERMINERS), 0)
+    values = [(entry, entry.value_phrase(words, begin)) for entry in tasks]
+    return words[0] in english.POSITIONS and any(
+        value is not None and one.arguments.get(value.parameter) in value.values
+        for entry, value in values
+        for one in asked_for
+        if entry.routed.covers(one)
+    )
 
 
 def _require_agreement(

@@ -32,8 +32,9 @@ def is_remark(words: Words) -> bool:
         True for a declared remark, and for what people are, have or do without a word that may be about the
         request: `my guests are about to arrive`, and not `i did it` or `she says`.
     """
-    if words in english.FREE_REMARKS:
-        return True
+    is_of_body = words[:1] in (("my",), ("our",)) and words[1:2] and words[1] in english.BODY
+    if words in english.FREE_REMARKS or (is_of_body and english.NO_STATEMENTS.isdisjoint(words)):
+        return len(words) > 1 or words in english.FREE_REMARKS
     names_person = words[:1] in _PERSON_SUBJECTS or (
         words[:1] and words[0] in english.DETERMINERS | english.POSSESSIVES and not english.PERSONS.isdisjoint(words[1:4])
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.wordings.wording import Wording, without_each
+from aeros.agent.instructions.wordings.wording import WANT, Wording, without_each
 
 
 def causatives(wording: Wording) -> Iterator[Wording]:
@@ -29,6 +29,8 @@ def causatives(wording: Wording) -> Iterator[Wording]:
         if causative[-1] != "see" or linked[-1:] and linked[-1] in english.ADJECTIVES:
             # `can you see the can to the left?` asks for nothing
             yield wording.with_object_first(linked)
+        if causative[-1] == "if" and linked != rest:
+            yield wording.with_words((*WANT, *linked))  # `it would be nice if the can were on the left`
     for act in without_each(rest, english.RECEIPTS):
         # `see that the table gets a wipe`
         yield wording.with_object_first(act)

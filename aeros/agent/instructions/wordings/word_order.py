@@ -44,5 +44,7 @@ def attributes(wording: Wording) -> Iterator[Wording]:
             attribute, end = words[at + 1], at + 3
         elif words[at] in ("that", "which") and words[at + 1 : at + 2] in (("is",), ("s",)):
             attribute, end = "".join(words[at + 2 : at + 3]), at + 3
+        elif words[at] in (*_COLOUR, "coloured", "colored") and words[at - 1] in english.COLOURS:
+            yield wording.with_words((*words[:at], *words[at + 1 :]))  # `the blue colour cup`
         if attribute and end <= len(words):
             yield wording.with_words((*words[: at - 1], attribute, words[at - 1], *words[end:]))
