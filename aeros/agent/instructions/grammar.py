@@ -142,7 +142,7 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
         segments[0] = replace(segments[0], is_perfect=is_perfect)
         segments[1] = replace(segments[1], link=Link.AFTER if comes_later else Link.THEN)
     if segments[0].mood is Mood.REQUEST:
-        _require_request(whole, tokens, is_question=is_question)
+        _require_request(whole, tokens, is_question=is_question, has_reason=bool(reasons))
     closers = closers[: closers.index(COMMA)] if COMMA in closers else closers
     if segments[-1].mood is Mood.REQUEST:
         segments[-1] = replace(segments[-1], closers=segments[-1].closers + closers)
@@ -238,7 +238,7 @@ def _is_order(whole: Words) -> bool:
     return is_number and first not in english.INDEFINITE and _THANKS.isdisjoint(whole)
 
 
-def _require_request(whole: Words, tokens: Words, *, is_question: bool) -> None:
+def _require_request(whole: Words, tokens: Words, *, is_question: bool, has_reason: bool) -> None:
     """Require that a sentence is no question.
 
     `can you clean tables?` asks about an ability; `can you clean the table?` is a request, as it names a
@@ -250,7 +250,7 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool) -> None:
     asked = strip_openers(tokens)
     is_definite = any(word in _DEFINITE for word in asked)
     opener = english.OPENERS.starting(whole)
-    asks_ability = opener in english.ABILITY and tokens == whole and not is_definite
+    asks_ability = opener in english.ABILITY and tokens == whole and not is_definite and not has_reason
     # `the block, could you fetch it?`
     commas = [at for at, token in enumerate(tokens) if token == COMMA]
     asks_later = any(len(english.OPENERS.starting(tokens, at + 1)) > 1 for at in commas)

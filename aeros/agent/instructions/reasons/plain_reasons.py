@@ -87,12 +87,14 @@ def require_plain_reason(
     is_stated = is_remark(words) or any(find_condition(reason, entry) is not None for entry in tasks)
     speaks_of_people = words[:1] in (("i",), ("we",), ("he",), ("she",), ("they",))
     refused = english.CHOICES | english.REPETITIONS | english.TURNS
-    refused |= frozenset() if speaks_of_people else english.NEGATIVES
     named = {word for entry in tasks for phrase in entry.objects for word in phrase}
     named |= {word for entry in tasks for value in entry.values for word in value.words}
+    named -= english.DETERMINERS | english.POSITIONS | english.DIRECTIONS | english.PART_PREPOSITIONS
     # `the customers from town arrive at ten` speaks of no thing that the robot could be asked for.
     is_elsewhere = named.isdisjoint(words)
     refused |= frozenset() if reason.link is Link.ADJUNCT or is_elsewhere else english.PLACES
+    is_free = speaks_of_people or (is_elsewhere and reason.link is Link.START and not reason.marker[:-1])
+    refused |= frozenset() if is_free else english.NEGATIVES
     doubtful = [
         word
         for at, word in enumerate(words)

@@ -67,7 +67,7 @@ def is_statement(words: Words) -> bool:
         return False
     if english.PROHIBITIONS.starting(words) or english.WISHES.starting(words):
         return False
-    if words[0] not in _PERSONS and not english.NEGATIVES.isdisjoint(words):
+    if any(english.NEGATIVE_DUTIES.starting(words, at) for at in range(1, len(words))):
         return False
     if len(english.CAUSATIVES.starting(words)) > _SHORT_CAUSATIVE:
         return False  # `it is high time the table was cleaned`
