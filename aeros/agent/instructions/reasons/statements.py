@@ -35,11 +35,23 @@ def is_remark(words: Words) -> bool:
     is_of_body = words[:1] in (("my",), ("our",)) and words[1:2] and words[1] in english.BODY
     if words in english.FREE_REMARKS or (is_of_body and english.NO_STATEMENTS.isdisjoint(words)):
         return len(words) > 1 or words in english.FREE_REMARKS
+    words = _without_openers(words)
     names_person = words[:1] in _PERSON_SUBJECTS or (
         words[:1] and words[0] in english.DETERMINERS | english.POSSESSIVES and not english.PERSONS.isdisjoint(words[1:4])
     )
-    is_full = len(words) > _MIN_REMARK and (english.BARRED_IN_REMARKS - _TO).isdisjoint(words) and words[-1] not in _SPEECH
-    return names_person and is_full and is_statement(words)
+    barred = english.BARRED_IN_REMARKS - _TO
+    if not names_person and words[:1]:
+        # `it is the one in the fridge` may say which thing is meant.
+        barred |= english.PLACES | english.POSITIONS | english.DIRECTIONS | english.COLOURS
+        words = words if words[0] not in _THINGS else ("there", *words[1:])
+    is_full = len(words) > _MIN_REMARK and barred.isdisjoint(words) and words[-1] not in _SPEECH
+    return is_full and is_statement(words)
+
+
+def _without_openers(words: Words) -> Words:
+    while opener := english.STATEMENT_OPENERS.starting(words):
+        words = words[len(opener) :]
+    return words
 
 
 _PERSON_SUBJECTS: Final = (("i",), ("we",), ("they",), ("he",), ("she",), ("everyone",), ("everybody",), ("people",))
@@ -59,8 +71,7 @@ def is_statement(words: Words) -> bool:
     Returns:
         True if they begin with a subject that has a finite verb.
     """
-    while opener := english.STATEMENT_OPENERS.starting(words):
-        words = words[len(opener) :]
+    words = _without_openers(words)
     if words[1:2] == ("and",) and words[0] in english.PERSONS and words[2:3] and words[2] in english.PERSONS:
         words = words[2:]  # `grandma and grandpa are here`
     if len(words) < 2 or not english.NO_STATEMENTS.isdisjoint(words) or words[-1] in _SPEECH:
