@@ -33,6 +33,9 @@ BARRED: Final = frozenset({",", ":", "then", *(word for name in _BARRING for wor
 """Words that no free part of a phrase has."""
 
 
+_OTHER_WORDS: Final = ("no_slips", "no_address", "doubtful_adverbs")
+"""Lists of words that instructions do not use, and that are no typing slips."""
+
 # The comments in `english.toml` describe each list.
 DETERMINERS: Final = _words("determiners")
 PARTIAL_DETERMINERS: Final = _words("partial_determiners")
@@ -115,7 +118,9 @@ RECEIPTS: Final = _phrases("receipts")
 BEING: Final = _phrases("being")
 POSITIONS: Final = _words("positions")
 GRASP_VERBS: Final = _words("grasp_verbs")
-NO_SLIPS: Final = _words("no_slips")
+NO_SLIPS: Final = frozenset(word for name in _OTHER_WORDS for word in _DATA[name])
+NO_ADDRESS: Final = _words("no_address")
+DOUBTFUL_ADVERBS: Final = _words("doubtful_adverbs")
 BODY: Final = frozenset(_DATA["classes"]["body"])
 CONCLUSIONS: Final = _phrases("conclusions")
 COLOURS: Final = _words("colours")
@@ -127,7 +132,7 @@ BARRED_IN_REMARKS: Final = (BARRED - DETERMINERS) | PRONOUNS | RETRACTIONS
 FREE_REMARKS: Final = PhraseSet(_DATA["free_remarks"], _DATA["classes"], BARRED_IN_REMARKS)
 ALL_WORDS: Final = frozenset(
     word
-    for texts in (*(one for name, one in _DATA.items() if name != "no_slips"), *_DATA["classes"].values())
+    for texts in (*(one for name, one in _DATA.items() if name not in _OTHER_WORDS), *_DATA["classes"].values())
     for text in texts
     for word in re.findall(r"[^\s(|)<>]+", text)
 )

@@ -19,6 +19,8 @@ _PERSONS: Final = frozenset({"i", "we", "he", "she", "they", "everyone", "everyb
 _THINGS: Final = frozenset({"it", "this", "that", "there", "these", "those"})
 _WISHING: Final = frozenset({"want", "wants", "like", "likes", "wish", "wishes", "love", "loves"})
 _OWN_ACTS: Final = frozenset({"see", "watch", "visit", "eat", "meet", "come", "know", "sit", "work"})
+_OWN_MODALS: Final = frozenset({"can", "cannot", "could", "must", "should", "to", "will", "ll"})
+"""Modals by which speakers say what they are to do themselves: `i must leave soon`."""
 _FUTURE: Final = frozenset({"will", "ll"})
 
 
@@ -90,9 +92,14 @@ def is_statement(words: Words) -> bool:
         for at, word in enumerate(words)
         if at and not _is_can(words, at) and not (word == "to" and words[at - 1] in _BEFORE_TO)
     )
-    if first in _SPEAKERS and not english.DESIRES.isdisjoint(words[1:4]):
+    if first in _SPEAKERS and not (english.DESIRES - _FUTURE).isdisjoint(words[1:4]):
+        return False
+    is_request = len(english.OPENERS.starting(words)) > _SHORT_CAUSATIVE
+    if is_request or english.COUNTED_WISHES.starting(words) or words[-1] == "to":
         return False
     if first in english.DETERMINERS | english.POSSESSIVES and _is_wish_of_others(words):
+        return True
+    if first in _SPEAKERS and second not in english.DETERMINERS and rest & english.MODALS <= _OWN_MODALS:
         return True
     if rest & english.MODALS and not (first not in _SPEAKERS | _THINGS and rest & english.MODALS <= _FUTURE):
         # `i can't reach it` states something
