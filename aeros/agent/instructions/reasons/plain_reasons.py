@@ -140,6 +140,9 @@ def _require_agreement(
             goal = routed.task.goal
             if found is not None and found.term in (goal.operands if isinstance(goal, t.And) else (goal,)):
                 raise InstructionError(f"{text} says that the goal of `{routed}` is reached")
+            act = cover(entry, reason.words, knows_pronoun=True, is_perfect=True).triggers
+            if act and reason.link is Link.ADJUNCT and not reason.marker and reason.words[0] in english.PLACES | _IT:
+                raise InstructionError(f"{text} may say that `{routed}` is done already")
             counted = counted_parameter(routed.task)
             is_default = counted is not None and routed.arguments[counted.name] == counted.default
             if is_default and any(_says_how_many(reason.words, at) for at in range(len(reason.words))):
@@ -150,6 +153,9 @@ def _require_agreement(
             }
             if named.is_specific and colours:
                 raise InstructionError(f"{text} says a colour that `{routed}` does not know")
+
+
+_IT: Final = frozenset({"it", "they", "this", "the"})
 
 
 def _says_how_many(words: Words, at: int) -> bool:

@@ -45,6 +45,8 @@ def is_remark(words: Words) -> bool:
     if not names_person and words[:1]:
         # `it is the one in the fridge` may say which thing is meant.
         barred |= english.PLACES | english.POSITIONS | english.DIRECTIONS | english.COLOURS
+        if words[0] in _THINGS and any(one in english.DETERMINERS for one in words[1:3]):
+            return False
         words = words if words[0] not in _THINGS else ("there", *words[1:])
     is_full = len(words) > _MIN_REMARK and barred.isdisjoint(words) and words[-1] not in _SPEECH
     return is_full and is_statement(words)

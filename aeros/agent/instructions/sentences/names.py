@@ -81,7 +81,7 @@ def form_of_address(instruction: str, tasks: Sequence[TaskPhrases]) -> tuple[str
         for word in words_in(phrases)
     }
     doubtful = english.BARRED | english.DETERMINERS | english.PLACES | english.POSITIONS | english.DIRECTIONS
-    doubtful |= english.POSSESSIVES | english.QUESTIONS | english.NO_ADDRESS | _NO_NAMES | english.SUBJECTS | {"please"}
+    doubtful |= english.POSSESSIVES | english.QUESTIONS | english.NO_ADDRESS | english.DOUBTFUL_ADVERBS | _NO_NAMES | english.SUBJECTS | {"please"}
     is_link = english.SEQUENCE.starting(normalized_words(rest)) or english.CONDITIONALS.starting(words)
     if is_link or not (doubtful | of_tasks).isdisjoint(words):
         return "", ""
