@@ -290,7 +290,11 @@ class _Cover(_CoveredWords):
             self._partial += [word] if word in english.PARTIAL_DETERMINERS else []
             return 1
         is_given_up = self._words[at - 1 : at] == ("give",)
-        if word in _LOOSE_PARTICLES and not is_given_up and (self._last is self._triggers or at + 1 == len(self._words)):
+        if (
+            word in _LOOSE_PARTICLES
+            and not is_given_up
+            and (self._last is self._triggers or at + 1 == len(self._words))
+        ):
             return 1
         if word == "to" and self._last is self._entry.extras:
             # `use the brush to sweep it`

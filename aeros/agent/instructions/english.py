@@ -27,7 +27,17 @@ def _phrases(*names: str) -> PhraseSet:
 
 
 _BARRING: Final = (
-    "choices", "desires", "determiners", "modals", "negatives", "no_statements", "numbers", "pronouns", "repetitions", "retractions", "turns",
+    "choices",
+    "desires",
+    "determiners",
+    "modals",
+    "negatives",
+    "no_statements",
+    "numbers",
+    "pronouns",
+    "repetitions",
+    "retractions",
+    "turns",
 )
 BARRED: Final = frozenset({",", ":", "then", *(word for name in _BARRING for word in _DATA[name])})
 """Words that no free part of a phrase has."""
@@ -132,7 +142,10 @@ BARRED_IN_REMARKS: Final = (BARRED - DETERMINERS) | PRONOUNS | RETRACTIONS
 FREE_REMARKS: Final = PhraseSet(_DATA["free_remarks"], _DATA["classes"], BARRED_IN_REMARKS)
 ALL_WORDS: Final = frozenset(
     word
-    for texts in (*(one for name, one in _DATA.items() if name not in _OTHER_WORDS), *_DATA["classes"].values())
+    for texts in (
+        *(one for name, one in _DATA.items() if name not in _OTHER_WORDS),
+        *_DATA["classes"].values(),
+    )
     for text in texts
     for word in re.findall(r"[^\s(|)<>]+", text)
 )

@@ -105,7 +105,7 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     # At the very start, `later` is a time, and links nothing.
     tokens = tokens if is_first and link == _LATER else tokens[len(link) :]
     tokens, remarks = _without_remarks(tokens)
-    tokens, reasons = _without_statements(tokens)
+    tokens, reasons = _without_statements(tokens, is_question=is_question)
     reasons = remarks + reasons
     if reasons:
         tokens = tokens[len(english.CONCLUSIONS.starting(tokens)) :]
@@ -184,7 +184,7 @@ def _parts(tokens: Words) -> Iterator[Words]:
             begin = at
 
 
-def _without_statements(tokens: Words) -> tuple[Words, list[Segment]]:
+def _without_statements(tokens: Words, *, is_question: bool) -> tuple[Words, list[Segment]]:
     """Take statements from the start of a sentence: `we spilled some juice, please wipe the table`."""
     reasons: list[Segment] = []
     while tokens:
@@ -194,7 +194,7 @@ def _without_statements(tokens: Words) -> tuple[Words, list[Segment]]:
         end = next((at for at in range(len(tokens)) if _ends_statement(tokens, at)), len(tokens))
         statement = tokens[:end] if is_statement(tokens[:end]) else strip_closers(tokens[:end])
         is_report = tokens[end : end + 1] == (COLON,) and not english.OPENERS.starting(tokens, end + 1)
-        if is_report or not is_statement(statement):
+        if is_report or not is_statement(statement) or (is_question and end == len(tokens)):
             break
         end += tokens[end : end + 1] in ((COMMA,), (COLON,))
         so = english.CONCLUSIONS.starting(tokens, end)
@@ -227,7 +227,15 @@ _AFTERWARDS: Final = frozenset({f"{COMMA} after", f"{COMMA} after you"})
 _LATER: Final = ("later",)
 _THANKS: Final = frozenset({"thank", "thanks"})
 _ORDER_CUES: Final = frozenset({"asap", "immediately", "just", "now", "only", "quick", "time"})
-_ORDER_OPENERS: Final = (("first",), ("firstly",), ("second",), ("secondly",), ("third",), ("thirdly",), ("fourth",))
+_ORDER_OPENERS: Final = (
+    ("first",),
+    ("firstly",),
+    ("second",),
+    ("secondly",),
+    ("third",),
+    ("thirdly",),
+    ("fourth",),
+)
 _POLITE: Final = frozenset({"please", "pls", "plz", "kindly"})
 
 
@@ -294,7 +302,9 @@ def check_scopes(sentence: Sentence) -> Sentence:
         if before.mood is Mood.PROHIBITION and segment.mood is Mood.REQUEST:
             ends_itself = before.marker[:2] in _BOUNDED and segment.joint == COMMA
             # `stop making tea and clean the table`
-            is_gerund = before.marker in _BEFORE_GERUND and before.words[:1] and before.words[0].endswith("ing")
+            is_gerund = (
+                before.marker in _BEFORE_GERUND and before.words[:1] and before.words[0].endswith("ing")
+            )
             ends_itself |= bool(is_gerund) and not segment.words[0].endswith("ing")
             if segment.link is not Link.THEN and not ends_itself and not segment.is_new:
                 raise InstructionError(

@@ -37,7 +37,9 @@ def refined_request(before: Request, request: Request, segment: Segment, first: 
     if not request.only_refers or before.errand.routed.task is not request.errand.routed.task:
         return None
     # `clean the whole table, well, only the left half`
-    is_instead = segment.joint == COMMA and segment.words[:1] in (("only",), ("just",)) and not request.has_verb
+    is_instead = (
+        segment.joint == COMMA and segment.words[:1] in (("only",), ("just",)) and not request.has_verb
+    )
     if request.errand.condition is not None or (request.stated & before.stated and not is_instead):
         return None
     is_more = segment.link in (Link.JOINED, Link.ADJUNCT) or "but" in segment.joint.split()

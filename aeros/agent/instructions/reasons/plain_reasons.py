@@ -99,7 +99,8 @@ def require_plain_reason(
         word
         for at, word in enumerate(words)
         if word in refused and not is_stated
-        if not _is_known_place(words[at:], tasks, asked_for) and not _is_known_part(words[at:], tasks, asked_for)
+        if not _is_known_place(words[at:], tasks, asked_for)
+        and not _is_known_part(words[at:], tasks, asked_for)
     ]
     asked = [
         entry.routed
@@ -141,7 +142,12 @@ def _require_agreement(
             if found is not None and found.term in (goal.operands if isinstance(goal, t.And) else (goal,)):
                 raise InstructionError(f"{text} says that the goal of `{routed}` is reached")
             act = cover(entry, reason.words, knows_pronoun=True, is_perfect=True).triggers
-            if act and reason.link is Link.ADJUNCT and not reason.marker and reason.words[0] in english.PLACES | _IT:
+            if (
+                act
+                and reason.link is Link.ADJUNCT
+                and not reason.marker
+                and reason.words[0] in english.PLACES | _IT
+            ):
                 raise InstructionError(f"{text} may say that `{routed}` is done already")
             counted = counted_parameter(routed.task)
             is_default = counted is not None and routed.arguments[counted.name] == counted.default

@@ -39,7 +39,9 @@ def is_remark(words: Words) -> bool:
         return len(words) > 1 or words in english.FREE_REMARKS
     words = _without_openers(words)
     names_person = words[:1] in _PERSON_SUBJECTS or (
-        words[:1] and words[0] in english.DETERMINERS | english.POSSESSIVES and not english.PERSONS.isdisjoint(words[1:4])
+        words[:1]
+        and words[0] in english.DETERMINERS | english.POSSESSIVES
+        and not english.PERSONS.isdisjoint(words[1:4])
     )
     barred = english.BARRED_IN_REMARKS - _TO
     if not names_person and words[:1]:
@@ -58,11 +60,36 @@ def _without_openers(words: Words) -> Words:
     return words
 
 
-_PERSON_SUBJECTS: Final = (("i",), ("we",), ("they",), ("he",), ("she",), ("everyone",), ("everybody",), ("people",))
+_PERSON_SUBJECTS: Final = (
+    ("i",),
+    ("we",),
+    ("they",),
+    ("he",),
+    ("she",),
+    ("everyone",),
+    ("everybody",),
+    ("people",),
+)
 _TO: Final = frozenset({"to"})
 _MIN_REMARK: Final = 2
 """Words that a remark about people has more than: `she laughs` may report a speech."""
-_SPEECH: Final = frozenset({"barked", "called", "cried", "full", "go", "goes", "like", "screamed", "shouted", "went", "was", "is", "yelled"})
+_SPEECH: Final = frozenset(
+    {
+        "barked",
+        "called",
+        "cried",
+        "full",
+        "go",
+        "goes",
+        "like",
+        "screamed",
+        "shouted",
+        "went",
+        "was",
+        "is",
+        "yelled",
+    }
+)
 """Last words of a statement after which a speech may follow, as in `she goes, …`."""
 
 
@@ -123,7 +150,28 @@ def is_statement(words: Words) -> bool:
 
 
 _BEFORE_TO: Final = frozenset(
-    {"about", "back", "close", "come", "coming", "due", "get", "getting", "got", "going", "here", "next", "over", "ready", "round", "thanks", "trying", "unable", "used", "way"}
+    {
+        "about",
+        "back",
+        "close",
+        "come",
+        "coming",
+        "due",
+        "get",
+        "getting",
+        "got",
+        "going",
+        "here",
+        "next",
+        "over",
+        "ready",
+        "round",
+        "thanks",
+        "trying",
+        "unable",
+        "used",
+        "way",
+    }
 )
 """Words after which `to` tells of nothing that is to be done."""
 

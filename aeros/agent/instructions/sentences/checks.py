@@ -28,8 +28,9 @@ def without_checks(sentences: Sequence[SpokenSentence]) -> Iterator[SpokenSenten
         sentences: the sentences.
 
     Yields:
-        The sentences; `is the table dirty? if so, clean it` is `if the table is dirty, clean it`, and `check if
-        it is dirty, and clean it if so` is that after a sentence with the check, which begins with `CHECK`.
+        The sentences; `is the table dirty? if so, clean it` is `if the table is dirty, clean it`, and `check
+        if it is dirty, and clean it if so` is that after a sentence with the check, which begins with
+        `CHECK`.
     """
     at = 0
     while at < len(sentences):

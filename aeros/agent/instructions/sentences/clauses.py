@@ -201,7 +201,25 @@ def strip_openers(tokens: Words) -> Words:
 
 
 _OPEN: Final = frozenset(
-    {"a", "an", "by", "for", "from", "her", "his", "into", "my", "of", "onto", "our", "the", "their", "to", "with", "your"}
+    {
+        "a",
+        "an",
+        "by",
+        "for",
+        "from",
+        "her",
+        "his",
+        "into",
+        "my",
+        "of",
+        "onto",
+        "our",
+        "the",
+        "their",
+        "to",
+        "with",
+        "your",
+    }
 )
 """Words that go on: what stands behind one is no phrase of its own."""
 

@@ -21,7 +21,9 @@ from aeros.spec.diagnostics.codes import quoted
 _MAX_CORRECTIONS: Final = 3
 """Limit on the corrections of an instruction."""
 
-_HESITATION: Final = re.compile(r"(?i)(?:,|\s-+)\s*(?:er+|erm|u+h+|uhm|um+|hm+|ah|oops|whoops)\b[.\u2026]*\s*(?:,|-+\s)\s*")
+_HESITATION: Final = re.compile(
+    r"(?i)(?:,|\s-+)\s*(?:er+|erm|u+h+|uhm|um+|hm+|ah|oops|whoops)\b[.\u2026]*\s*(?:,|-+\s)\s*"
+)
 """A hesitation between two pauses, after which a speaker may say another value."""
 
 _MAX_WORDS: Final = 24
@@ -174,9 +176,7 @@ def _corrected(
     return None
 
 
-def _replaced(
-    correction: _Correction, read: Callable[[str], Understanding]
-) -> tuple[Words, Words] | None:
+def _replaced(correction: _Correction, read: Callable[[str], Understanding]) -> tuple[Words, Words] | None:
     """Correct `…, sorry, not the can, the block`, which says itself which words are wrong."""
     wrong, pause = correction.wrong, correction.right.index(COMMA)
     old, new = correction.right[1:pause], correction.right[pause + 1 :]
@@ -187,7 +187,9 @@ def _replaced(
     asked, found = (_read(_text((*correction.before, _sentence(one))), read) for one in (wrong, words))
     if asked is None or found is None or len(asked.errands) != len(found.errands):
         return None
-    tasks = [(one.routed.task, other.routed.task) for one, other in zip(asked.errands, found.errands, strict=True)]
+    tasks = [
+        (one.routed.task, other.routed.task) for one, other in zip(asked.errands, found.errands, strict=True)
+    ]
     return (words, old) if all(one is other for one, other in tasks) else None
 
 
@@ -197,7 +199,9 @@ def _with_noun(right: Words, wrong: Words, tasks: Sequence[TaskPhrases]) -> Word
     nouns = {one.objects[0] for one in named if len(one.objects) == 1 and one.triggers and not one.unknown}
     if len(nouns) != 1 or sum(word in ("it", "them") for word in right) != 1:
         return right
-    return tuple(part for word in right for part in (("the", *min(nouns)) if word in ("it", "them") else (word,)))
+    return tuple(
+        part for word in right for part in (("the", *min(nouns)) if word in ("it", "them") else (word,))
+    )
 
 
 def _parts(size: int, replacing: int) -> Iterator[tuple[int, int]]:

@@ -59,16 +59,15 @@ _ADDRESS: Final = re.compile(r"\s*([^\W\d_]+(?:[ '\u2019-][^\W\d_]+){0,2})\s*[,!
 
 
 def form_of_address(instruction: str, tasks: Sequence[TaskPhrases]) -> tuple[str, str]:
-    """Part a form of address or an exclamation, which no list can hold, from the rest: `Bhaiya, …`, `Righto! …`.
+    """Part a form of address or an exclamation, which no list can hold, from the rest: `Bhaiya, …`.
 
     Args:
         instruction: words of the user.
         tasks: all tasks.
 
     Returns:
-        The address and the rest; two empty texts if the first words may be about the request: they have a word of a
-        task, of time or place, a negation or the like, begin as an order or a noun with an article, or the rest goes
-        on with `and`.
+        The address and the rest; two empty texts if the first words may be about the request: they have a
+        word of a task, of time or place, a negation or the like, or the rest goes on with `and`.
     """
     found = _ADDRESS.match(instruction)
     if found is None:
@@ -81,7 +80,15 @@ def form_of_address(instruction: str, tasks: Sequence[TaskPhrases]) -> tuple[str
         for word in words_in(phrases)
     }
     doubtful = english.BARRED | english.DETERMINERS | english.PLACES | english.POSITIONS | english.DIRECTIONS
-    doubtful |= english.POSSESSIVES | english.QUESTIONS | english.NO_ADDRESS | english.DOUBTFUL_ADVERBS | _NO_NAMES | english.SUBJECTS | {"please"}
+    doubtful |= (
+        english.POSSESSIVES
+        | english.QUESTIONS
+        | english.NO_ADDRESS
+        | english.DOUBTFUL_ADVERBS
+        | _NO_NAMES
+        | english.SUBJECTS
+        | {"please"}
+    )
     is_link = english.SEQUENCE.starting(normalized_words(rest)) or english.CONDITIONALS.starting(words)
     if is_link or not (doubtful | of_tasks).isdisjoint(words):
         return "", ""
