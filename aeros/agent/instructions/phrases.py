@@ -4,8 +4,8 @@
     alternatives = pattern { "|" pattern }, of which any may be empty
 
 A class is a named list of patterns. `(i|we) need (for|) you to` is four phrases. `*` stands for one word
-that is not barred, and `**` for up to `MAX_FREE`. A pattern does not begin with one of them, and one that ends with
-one is not found from its end.
+that is not barred, and `**` for up to `MAX_FREE`. A pattern does not begin with one of them, and one that
+ends with one is not found from its end.
 """
 
 from __future__ import annotations

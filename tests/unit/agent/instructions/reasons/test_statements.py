@@ -83,5 +83,5 @@ def test_a_remark_cannot_take_back_what_is_asked_for(words: str) -> None:
         "my son wants the red can",
     ],
 )
-def test_what_may_take_it_back_or_say_which_thing_is_meant_is_no_remark(words: str) -> None:
+def test_words_that_may_take_it_back_or_name_another_thing_are_no_remark(words: str) -> None:
     assert not is_remark(tuple(words.split()))
