@@ -47,7 +47,7 @@ def read_otherwise(
             f"a condition after `otherwise` is not understood: {quoted(segment.text)}; say it in an "
             "instruction of its own"
         )
-    if segment.words in english.NOTHINGS and len(sentence) == 1:
+    if segment.marker + segment.words in english.NOTHINGS and len(sentence) == 1:
         return None
     if len(sentence) > 1:
         raise InstructionError(

@@ -50,7 +50,7 @@ def value_phrases(task: Task) -> tuple[ValuePhrase, ...]:
         for value, stated in parameter.phrases.items():
             for words in map(normalized_words, stated):
                 # `can red`, as in many other languages
-                turned = [words[::-1]] if is_object(parameter) and len(words) == 2 else []
+                turned = [words[::-1]] if len(words) == 2 else []
                 for order in (words, *turned):
                     found.setdefault((name, tuple(order)), set()).add(value)
     acts_on_parameter = any(map(is_object, task.parameters.values()))

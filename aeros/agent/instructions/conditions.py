@@ -120,8 +120,8 @@ def _plain(words: Words) -> Words:
         being = english.BEING.starting(words, at) if plain or at else ()
         if being:
             plain += [*_BE, "not"] if "not" in being else _BE
-        elif words[at] not in ignored:
-            plain.append(words[at])
+        elif words[at] not in ignored or (plain[-1:] == ["is"] and at + 1 == len(words)):
+            plain.append(words[at])  # `the table is filthy`
         at += len(being) or 1
     if plain[1:2] == ["s"]:
         plain[1] = "is"

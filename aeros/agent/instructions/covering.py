@@ -13,6 +13,9 @@ from aeros.agent.instructions.lexicon import TaskPhrases, plural_objects, univer
 from aeros.agent.instructions.phrases import Words
 from aeros.spec.diagnostics.codes import quoted
 
+_MIN_ADVERB: Final = 5
+_LOOSE_PARTICLES: Final = frozenset({"across", "along", "over", "round", "through", "up"})
+"""Particles that change no verb into its opposite, as `back` and `away` may."""
 _ABOUT: Final = (("for",), ("on",))
 
 
@@ -180,6 +183,7 @@ class _Cover(_CoveredWords):
         at_number = at if counted is None else _labelled_number(words, at, counted.name)
         if at_number > at:
             self._stated.add_number(words[at_number], english.number_of(words[at_number]) or 0)
+            self._is_order = True
             return at_number + 1 - at
         return 0
 
@@ -281,8 +285,16 @@ class _Cover(_CoveredWords):
 
     def _unstressed(self, at: int) -> int:
         word = self._words[at]
-        if word in english.FILLERS or word in english.DETERMINERS:
+        is_adverb = len(word) > _MIN_ADVERB and word.endswith("ly") and word not in english.DOUBTFUL_ADVERBS
+        if is_adverb or word in english.FILLERS or word in english.DETERMINERS:
             self._partial += [word] if word in english.PARTIAL_DETERMINERS else []
+            return 1
+        is_given_up = self._words[at - 1 : at] == ("give",)
+        if (
+            word in _LOOSE_PARTICLES
+            and not is_given_up
+            and (self._last is self._triggers or at + 1 == len(self._words))
+        ):
             return 1
         if word == "to" and self._last is self._entry.extras:
             # `use the brush to sweep it`

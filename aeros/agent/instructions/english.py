@@ -23,8 +23,28 @@ def _words(name: str) -> frozenset[str]:
 
 
 def _phrases(*names: str) -> PhraseSet:
-    return PhraseSet((text for name in names for text in _DATA[name]), _DATA["classes"])
+    return PhraseSet((text for name in names for text in _DATA[name]), _DATA["classes"], BARRED)
 
+
+_BARRING: Final = (
+    "choices",
+    "desires",
+    "determiners",
+    "modals",
+    "negatives",
+    "no_statements",
+    "numbers",
+    "pronouns",
+    "repetitions",
+    "retractions",
+    "turns",
+)
+BARRED: Final = frozenset({",", ":", "then", *(word for name in _BARRING for word in _DATA[name])})
+"""Words that no free part of a phrase has."""
+
+
+_OTHER_WORDS: Final = ("no_slips", "no_address", "doubtful_adverbs")
+"""Lists of words that instructions do not use, and that are no typing slips."""
 
 # The comments in `english.toml` describe each list.
 DETERMINERS: Final = _words("determiners")
@@ -108,10 +128,24 @@ RECEIPTS: Final = _phrases("receipts")
 BEING: Final = _phrases("being")
 POSITIONS: Final = _words("positions")
 GRASP_VERBS: Final = _words("grasp_verbs")
-NO_SLIPS: Final = _words("no_slips")
+NO_SLIPS: Final = frozenset(word for name in _OTHER_WORDS for word in _DATA[name])
+NO_ADDRESS: Final = _words("no_address")
+DOUBTFUL_ADVERBS: Final = _words("doubtful_adverbs")
+BODY: Final = frozenset(_DATA["classes"]["body"])
+CONCLUSIONS: Final = _phrases("conclusions")
+COLOURS: Final = _words("colours")
+WITHDRAWALS: Final = _phrases("withdrawals")
+RETRACTIONS: Final = _words("retractions")
+STATEMENT_OPENERS: Final = _phrases("statement_openers")
+BARRED_IN_REMARKS: Final = (BARRED - DETERMINERS) | PRONOUNS | RETRACTIONS
+"""Words that no remark has: determiners ask for nothing there."""
+FREE_REMARKS: Final = PhraseSet(_DATA["free_remarks"], _DATA["classes"], BARRED_IN_REMARKS)
 ALL_WORDS: Final = frozenset(
     word
-    for texts in (*(one for name, one in _DATA.items() if name != "no_slips"), *_DATA["classes"].values())
+    for texts in (
+        *(one for name, one in _DATA.items() if name not in _OTHER_WORDS),
+        *_DATA["classes"].values(),
+    )
     for text in texts
     for word in re.findall(r"[^\s(|)<>]+", text)
 )

@@ -11,6 +11,7 @@ certain, such as the scope of `do not … and …`, is refused.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from typing import Final
@@ -18,11 +19,11 @@ from typing import Final
 from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.reasons.reason_clauses import without_reasons
-from aeros.agent.instructions.reasons.statements import is_statement
+from aeros.agent.instructions.reasons.statements import is_remark, is_statement
 from aeros.agent.instructions.refusals import InstructionError
-from aeros.agent.instructions.segments import COLON, COMMA, Link, Mood, Segment, Sentence
+from aeros.agent.instructions.segments import COLON, COMMA, Link, Mood, Segment, Sentence, without_commas
 from aeros.agent.instructions.sentences.branches import with_branches
-from aeros.agent.instructions.sentences.checks import without_checks
+from aeros.agent.instructions.sentences.checks import CHECK, without_checks
 from aeros.agent.instructions.sentences.clauses import (
     carried_words,
     segments_of,
@@ -62,8 +63,9 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
     for tokens, is_question, is_otherwise in with_branches(without_checks(spoken)):
         if sentences and _is_prohibition(sentences[-1]):
             tokens = tuple(word for word in tokens if word != "instead")
+        is_check, tokens = tokens[0] == CHECK, tokens[tokens[0] == CHECK :]
         sentence = _parse_sentence(tokens, is_question=is_question, is_first=not sentences)
-        sentence = tuple(replace(one, is_otherwise=is_otherwise) for one in sentence)
+        sentence = tuple(replace(one, is_otherwise=is_otherwise, is_check=is_check) for one in sentence)
         if sentences and english.SENTENCE_TURNS.starting(tokens):
             sentences[-1] = _turned(sentences[-1], sentence)
         else:
@@ -102,14 +104,19 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     link = () if len(english.LEADING.starting(tokens)) > len(link) else link
     # At the very start, `later` is a time, and links nothing.
     tokens = tokens if is_first and link == _LATER else tokens[len(link) :]
+    tokens, remarks = _without_remarks(tokens)
+    tokens, reasons = _without_statements(tokens, is_question=is_question)
+    reasons = remarks + reasons
+    if reasons:
+        tokens = tokens[len(english.CONCLUSIONS.starting(tokens)) :]
     whole = tokens
-    tokens, reasons = _without_statements(tokens)
     if reasons and not tokens:
         return tuple(reasons)
     tokens = tuple(COMMA if token == COLON else token for token in tokens)
     if tokens[:1] == ("should",) and COMMA in tokens and not is_question:
         # `should the table be dirty, …`
-        tokens = ("if", *("is" if word == "be" else word for word in tokens[1:]))
+        end = tokens.index(COMMA)
+        tokens = ("if", *("is" if word == "be" else word for word in tokens[1:end]), *tokens[end:])
     tokens, more = without_reasons(rephrased(_without_greeting(tokens)))
     reasons += more
     tokens, closers = strip_ends(tokens), tokens
@@ -118,6 +125,12 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     leading = english.LEADING.starting(tokens) if COMMA in tokens else ()
     leading = () if len(opener) > len(leading) else leading
     segments = list(segments_of(tokens[len(leading) :]))
+    if opener == ("first",):
+        # `first you wipe the table, after you bring the can`
+        segments = [
+            replace(one, link=Link.THEN) if one.joint in _AFTERWARDS and one.link is Link.AFTER else one
+            for one in segments
+        ]
     if not segments:
         raise InstructionError("the instruction asks for nothing")
     if leading:
@@ -129,33 +142,78 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
         segments[0] = replace(segments[0], is_perfect=is_perfect)
         segments[1] = replace(segments[1], link=Link.AFTER if comes_later else Link.THEN)
     if segments[0].mood is Mood.REQUEST:
-        _require_request(whole, tokens, is_question=is_question)
-    if segments[-1].mood is Mood.REQUEST and COMMA not in closers:
+        _require_request(whole, tokens, is_question=is_question, has_reason=bool(reasons))
+    closers = closers[: closers.index(COMMA)] if COMMA in closers else closers
+    if segments[-1].mood is Mood.REQUEST:
         segments[-1] = replace(segments[-1], closers=segments[-1].closers + closers)
     if len(segments) > 1 and segments[-1].mood is Mood.CONDITION and segments[-2].mood is Mood.REQUEST:
         # As in `clean it, but only if it is dirty`.
         segments[-1] = replace(segments[-1], link=Link.ADJUNCT)
-    is_polite = any(word in _POLITE for word in whole) or _is_order(whole)
+    is_cued = opener in _ORDER_OPENERS or not _ORDER_CUES.isdisjoint((*opener, *closers))
+    is_polite = any(word in _POLITE for word in whole) or _is_order(whole) or is_cued
     carried = carried_words(segments)
     return (*(replace(one, is_polite=is_polite, carried=carried) for one in segments), *reasons)
 
 
-def _without_statements(tokens: Words) -> tuple[Words, list[Segment]]:
+def _without_remarks(tokens: Words) -> tuple[Words, list[Segment]]:
+    """Take remarks between pauses from a sentence: `phew, what a day, wipe the table, my back hurts`.
+
+    Raises:
+        InstructionError: one withdraws the rest, as in `clean the table, yeah right`.
+    """
+    kept: list[Words] = []
+    remarks: list[Segment] = []
+    for part in _parts(tokens):
+        words = without_commas(part)
+        if words in english.WITHDRAWALS:
+            raise InstructionError(f"{quoted(' '.join(words))} may take back what is said before it")
+        if words and COLON not in words and (words in english.FREE_REMARKS or (kept and is_remark(words))):
+            remarks.append(Segment(Mood.REASON, words, Link.ADJUNCT))
+        else:
+            kept.append(part)
+    rest = tuple(token for part in kept for token in part)
+    return (rest[1:] if rest[:1] == (COMMA,) else rest), remarks
+
+
+def _parts(tokens: Words) -> Iterator[Words]:
+    """Yield the words from each comma, which comes first, to the next."""
+    begin = 0
+    for at, token in enumerate((*tokens, COMMA)):
+        if token == COMMA and at > begin:
+            yield tokens[begin:at]
+            begin = at
+
+
+def _without_statements(tokens: Words, *, is_question: bool) -> tuple[Words, list[Segment]]:
     """Take statements from the start of a sentence: `we spilled some juice, please wipe the table`."""
     reasons: list[Segment] = []
     while tokens:
         while (rest := _without_greeting(tokens)) != tokens:
             # `my back hurts, so clean it`
             tokens = rest[1:] if rest[:1] == ("so",) else rest
-        end = next((at for at, token in enumerate(tokens) if token in (COMMA, COLON)), len(tokens))
+        end = next((at for at in range(len(tokens)) if _ends_statement(tokens, at)), len(tokens))
         statement = tokens[:end] if is_statement(tokens[:end]) else strip_closers(tokens[:end])
         is_report = tokens[end : end + 1] == (COLON,) and not english.OPENERS.starting(tokens, end + 1)
-        if is_report or not is_statement(statement):
+        if is_report or not is_statement(statement) or (is_question and end == len(tokens)):
             break
-        so = tokens[end + 1 : end + 2] if tokens[end + 1 : end + 2] in (("so",), ("therefore",)) else ()
+        end += tokens[end : end + 1] in ((COMMA,), (COLON,))
+        so = english.CONCLUSIONS.starting(tokens, end)
         reasons.append(Segment(Mood.REASON, statement, Link.START, so))
-        tokens = tokens[end + 1 + len(so) :]
+        tokens = tokens[end + len(so) :]
     return tokens, reasons
+
+
+def _ends_statement(tokens: Words, at: int) -> bool:
+    """Return True at a pause, and, in a transcript without pauses, before `so please` and `could you`."""
+    if tokens[at] in (COMMA, COLON):
+        return True
+    so = tokens[at] == "so"
+    opener = english.OPENERS.starting(tokens, at + so)
+    is_asked = bool(_POLITE.intersection(opener)) or opener[:2] in _ASKED
+    return at > 1 and is_asked and is_statement(tokens[:at])
+
+
+_ASKED: Final = (("can", "you"), ("could", "you"), ("would", "you"), ("will", "you"))
 
 
 def _without_greeting(tokens: Words) -> Words:
@@ -165,8 +223,19 @@ def _without_greeting(tokens: Words) -> Words:
     return tokens[end + 1 :] if end and not rest and not english.SENTENCE_TURNS.starting(tokens) else tokens
 
 
+_AFTERWARDS: Final = frozenset({f"{COMMA} after", f"{COMMA} after you"})
 _LATER: Final = ("later",)
 _THANKS: Final = frozenset({"thank", "thanks"})
+_ORDER_CUES: Final = frozenset({"asap", "immediately", "just", "now", "only", "quick", "time"})
+_ORDER_OPENERS: Final = (
+    ("first",),
+    ("firstly",),
+    ("second",),
+    ("secondly",),
+    ("third",),
+    ("thirdly",),
+    ("fourth",),
+)
 _POLITE: Final = frozenset({"please", "pls", "plz", "kindly"})
 
 
@@ -177,7 +246,7 @@ def _is_order(whole: Words) -> bool:
     return is_number and first not in english.INDEFINITE and _THANKS.isdisjoint(whole)
 
 
-def _require_request(whole: Words, tokens: Words, *, is_question: bool) -> None:
+def _require_request(whole: Words, tokens: Words, *, is_question: bool, has_reason: bool) -> None:
     """Require that a sentence is no question.
 
     `can you clean tables?` asks about an ability; `can you clean the table?` is a request, as it names a
@@ -189,7 +258,7 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool) -> None:
     asked = strip_openers(tokens)
     is_definite = any(word in _DEFINITE for word in asked)
     opener = english.OPENERS.starting(whole)
-    asks_ability = opener in english.ABILITY and tokens == whole and not is_definite
+    asks_ability = opener in english.ABILITY and tokens == whole and not is_definite and not has_reason
     # `the block, could you fetch it?`
     commas = [at for at, token in enumerate(tokens) if token == COMMA]
     asks_later = any(len(english.OPENERS.starting(tokens, at + 1)) > 1 for at in commas)
@@ -232,6 +301,11 @@ def check_scopes(sentence: Sentence) -> Sentence:
             )
         if before.mood is Mood.PROHIBITION and segment.mood is Mood.REQUEST:
             ends_itself = before.marker[:2] in _BOUNDED and segment.joint == COMMA
+            # `stop making tea and clean the table`
+            is_gerund = (
+                before.marker in _BEFORE_GERUND and before.words[:1] and before.words[0].endswith("ing")
+            )
+            ends_itself |= bool(is_gerund) and not segment.words[0].endswith("ing")
             if segment.link is not Link.THEN and not ends_itself and not segment.is_new:
                 raise InstructionError(
                     f"{quoted(before.text)}, {quoted(segment.text)}: is the second wanted, or prohibited, "
@@ -261,6 +335,7 @@ def check_scopes(sentence: Sentence) -> Sentence:
     return sentence
 
 
+_BEFORE_GERUND: Final = (("stop",), ("quit",), ("cease",), ("avoid",), ("without",))
 _BOUNDED: Final = frozenset(
     {("instead", "of"), ("rather", "than"), ("without",), ("not",), ("never", "mind"), ("forget", "about")}
 )

@@ -1,9 +1,11 @@
 """Sets of phrases of English, written as patterns with alternatives, and the longest phrase at a place.
 
-    pattern      = { word | "(" alternatives ")" | "<" class ">" }
+    pattern      = { word | "(" alternatives ")" | "<" class ">" | "*" | "**" }
     alternatives = pattern { "|" pattern }, of which any may be empty
 
-A class is a named list of patterns. `(i|we) need (for|) you to` is four phrases.
+A class is a named list of patterns. `(i|we) need (for|) you to` is four phrases. `*` stands for one word
+that is not barred, and `**` for up to `MAX_FREE`. A pattern does not begin with one of them, and one that
+ends with one is not found from its end.
 """
 
 from __future__ import annotations
@@ -22,19 +24,31 @@ _Alternatives: TypeAlias = "tuple[_Pattern, ...]"
 _TOKEN: Final = re.compile(r"\s*([(|)]|<\w+>|[^\s(|)<]+)")
 
 
+_FREE: Final = ("*", "**")
+MAX_FREE: Final = 7
+"""Limit on the words that `**` stands for."""
+
+
 class PhraseSet:
     """Set of the phrases of some patterns.
 
     Args:
         patterns: the patterns.
         classes: patterns of each class, by name.
+        barred: words that `**` does not stand for.
     """
 
-    def __init__(self, patterns: Iterable[str], classes: Mapping[str, Sequence[str]]) -> None:
+    def __init__(
+        self,
+        patterns: Iterable[str],
+        classes: Mapping[str, Sequence[str]],
+        barred: frozenset[str] = frozenset(),
+    ) -> None:
         parsed = [_parse(text, classes) for text in patterns]
         self._by_first = _by_first_word(parsed)
         self._by_last = _by_first_word([_reversed(one) for one in parsed])
-        self._length_at = lru_cache(maxsize=1 << 10)(partial(_longest, self._by_first))
+        self._barred = barred
+        self._length_at = lru_cache(maxsize=1 << 10)(partial(_longest, self._by_first, barred=barred))
 
     def __contains__(self, words: Words) -> bool:
         return bool(words) and self.starting(words) == words
@@ -60,25 +74,37 @@ class PhraseSet:
         Returns:
             The phrase; empty if none ends them.
         """
-        return words[len(words) - _longest(self._by_last, words[::-1], 0) :]
+        return words[len(words) - _longest(self._by_last, words[::-1], 0, self._barred) :]
 
 
-def _longest(patterns: Mapping[str, Sequence[_Pattern]], words: Words, at: int) -> int:
+def _longest(
+    patterns: Mapping[str, Sequence[_Pattern]], words: Words, at: int, barred: frozenset[str]
+) -> int:
     """Return the length of the longest phrase at a place; 0 if there is none."""
     if at >= len(words) or words[at] not in patterns:
         return 0
-    return max((end - at for one in patterns[words[at]] for end in _ends(one, words, at)), default=0)
+    return max((end - at for one in patterns[words[at]] for end in _ends(one, words, at, barred)), default=0)
 
 
-def _ends(pattern: _Pattern, words: Words, at: int) -> set[int]:
+def _ends(pattern: _Pattern, words: Words, at: int, barred: frozenset[str]) -> set[int]:
     """Return the places at which a phrase of the pattern that begins at `at` may end."""
     places = {at}
     for item in pattern:
-        if isinstance(item, str):
+        if item in _FREE:
+            most = 1 if item == _FREE[0] else MAX_FREE
+            places = {end for place in places for end in _free_ends(words, place, barred, most)}
+        elif isinstance(item, str):
             places = {place + 1 for place in places if place < len(words) and words[place] == item}
         else:
-            places = {end for place in places for one in item for end in _ends(one, words, place)}
+            places = {end for place in places for one in item for end in _ends(one, words, place, barred)}
     return places
+
+
+def _free_ends(words: Words, at: int, barred: frozenset[str], most: int) -> Iterator[int]:
+    for place in range(at, min(len(words), at + most)):
+        if words[place] in barred:
+            return
+        yield place + 1
 
 
 def _by_first_word(patterns: Iterable[_Pattern]) -> Mapping[str, Sequence[_Pattern]]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import is_object
 from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Errand
@@ -98,3 +99,36 @@ def is_universal(segment: Segment) -> bool:
     if not words:
         return segment.marker in (("stop",), ("quit",), ("cease",))
     return all(word in english.UNIVERSAL for word in words)
+
+
+def without_prohibited_parts(errands: Sequence[Errand], prohibited: Sequence[RoutedTask]) -> list[Errand]:
+    """Leave out the part that a prohibition names: `clean the table, but leave the right half alone`.
+
+    Args:
+        errands: the requests.
+        prohibited: the prohibited tasks, with the arguments that the words say.
+
+    Returns:
+        The requests; of one for the whole, the only part that is left.
+
+    Raises:
+        InstructionError: several parts are left.
+    """
+    found: list[Errand] = []
+    for errand in errands:
+        routed = errand.routed
+        parts = {} if any(map(is_object, routed.task.parameters.values())) else routed.task.parameters
+        for name, parameter in parts.items():
+            spared = {
+                one.arguments[name]
+                for one in prohibited
+                if one.task is routed.task and set(one.arguments) == {name}
+            }
+            rest = [one for one in parameter.values if one != parameter.default and one not in spared]
+            if not spared or not parameter.values or routed.arguments[name] != parameter.default:
+                continue
+            if len(rest) != 1:
+                raise InstructionError(f"{quoted(str(routed))} without a part leaves open `{name}`; say it")
+            routed = replace(routed, arguments={**routed.arguments, name: rest[0]})
+        found.append(replace(errand, routed=routed))
+    return found

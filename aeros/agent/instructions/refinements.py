@@ -12,7 +12,7 @@ from aeros.agent.instructions.conditions import find_condition
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.requests import Request
-from aeros.agent.instructions.segments import Link, Mood, Segment
+from aeros.agent.instructions.segments import COMMA, Link, Mood, Segment
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.expr import terms as t
 
@@ -36,7 +36,11 @@ def refined_request(before: Request, request: Request, segment: Segment, first: 
     """
     if not request.only_refers or before.errand.routed.task is not request.errand.routed.task:
         return None
-    if request.errand.condition is not None or request.stated & before.stated:
+    # `clean the whole table, well, only the left half`
+    is_instead = (
+        segment.joint == COMMA and segment.words[:1] in (("only",), ("just",)) and not request.has_verb
+    )
+    if request.errand.condition is not None or (request.stated & before.stated and not is_instead):
         return None
     is_more = segment.link in (Link.JOINED, Link.ADJUNCT) or "but" in segment.joint.split()
     if not is_more and not _is_one_act(segment, first):

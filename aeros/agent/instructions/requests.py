@@ -159,10 +159,11 @@ def _with_ends(segment: Segment) -> Iterator[Words]:
 
     The phrase of a task may begin with words that are openers elsewhere, as in `go on`, or end with closers.
     """
-    for number in range(len(segment.openers) + 1):
-        yield segment.openers[len(segment.openers) - number :] + segment.words
-    if segment.closers:
-        yield segment.words + segment.closers
+    openers, closers = segment.openers, segment.closers
+    for number in range(len(openers) + 1):
+        yield openers[len(openers) - number :] + segment.words
+    for end in range(1, len(closers) + 1):
+        yield segment.words + closers[:end]
 
 
 def _follows_as_wish(segment: Segment) -> bool:

@@ -65,6 +65,7 @@ class Segment:
         carried: words of the first request of its sentence that it may go on with, as `have` in `have the
             table cleaned and a tea made`.
         is_otherwise: True if its sentence follows after `otherwise`.
+        is_check: True if the condition of the next sentence is what it asks to check: it may be left out.
     """
 
     mood: Mood
@@ -80,6 +81,7 @@ class Segment:
     is_light: bool = False
     carried: tuple[Words, ...] = ()
     is_otherwise: bool = False
+    is_check: bool = False
 
     @property
     def text(self) -> str:

@@ -112,6 +112,7 @@ def _vocabulary(tasks: Sequence[TaskPhrases]) -> tuple[frozenset[str], tuple[str
         conditions.update(word for phrase in task.condition_phrases for word in normalized_words(phrase))
         stated = (one for parameter in task.parameters.values() for one in parameter.phrases.values())
         values.update(word for phrases in stated for text in phrases for word in normalized_words(text))
+    values -= {word for entry in tasks for word in words_in(entry.objects)}
     corrected = ((acts | (extras - english.ALL_WORDS)) - values - _FUNCTION_WORDS) | _things(tasks)
     targets = sorted(word for one in corrected if len(one) >= _MIN_LENGTH for word in _forms(one))
     # `sort a bolt` is no slip for `sort bolts`, which asks for all of them.

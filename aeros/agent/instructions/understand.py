@@ -24,7 +24,7 @@ from aeros.agent.instructions.lexicon import TaskPhrases, task_phrases
 from aeros.agent.instructions.meaning import Errand, Spoken, Understanding, with_goal
 from aeros.agent.instructions.merging import merged_requests
 from aeros.agent.instructions.named_task import named_tasks
-from aeros.agent.instructions.prohibitions import is_universal, prohibited_tasks
+from aeros.agent.instructions.prohibitions import is_universal, prohibited_tasks, without_prohibited_parts
 from aeros.agent.instructions.reasons.plain_reasons import (
     is_topic,
     require_no_retraction,
@@ -41,7 +41,7 @@ from aeros.agent.instructions.refusals import (
 from aeros.agent.instructions.requests import Request, read_request
 from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
 from aeros.agent.instructions.sentences.corrections import without_corrections
-from aeros.agent.instructions.sentences.names import without_names
+from aeros.agent.instructions.sentences.names import form_of_address, without_names
 from aeros.agent.instructions.spelling import unknown_words, without_slips
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
@@ -77,18 +77,33 @@ def understand(
     text, names = without_names(instruction, lambda word: not unknown_words(word, tasks))
     text, slips = without_slips(text, tasks)
     try:
-        text, corrections = without_corrections(text, tasks, lambda words: _understand(words, tasks))
-        meaning = _understand(text, tasks)
-        account = (*names, *slips, *corrections, *meaning.account)
-        return replace(meaning, instruction=instruction, account=account)
+        meaning = _corrected_meaning(text, tasks)
+        return replace(meaning, instruction=instruction, account=(*names, *slips, *meaning.account))
     except (AmbiguousInstructionError, NothingAskedError):
         raise
     except InstructionError as error:
+        address, rest = form_of_address(text, tasks)
+        if rest and (found := _meaning_or_none(rest, tasks)):
+            account = (*names, *slips, f"read {quoted(address)} as a form of address", *found.account)
+            return replace(found, instruction=instruction, account=account)
         refusal, reason = error, error.reason
         unnamed = [word for word in unknown_words(text, tasks) if word not in reason]
         if unnamed:
             refusal = InstructionError(f"{reason}; unknown: {', '.join(map(quoted, unnamed[:8]))}")
         raise _with_inactive(instruction, refusal, inactive()) from refusal
+
+
+def _corrected_meaning(text: str, tasks: Sequence[TaskPhrases]) -> Understanding:
+    text, corrections = without_corrections(text, tasks, lambda words: _understand(words, tasks))
+    meaning = _understand(text, tasks)
+    return replace(meaning, account=(*corrections, *meaning.account))
+
+
+def _meaning_or_none(text: str, tasks: Sequence[TaskPhrases]) -> Understanding | None:
+    try:
+        return _corrected_meaning(text, tasks)
+    except InstructionError:
+        return None
 
 
 def is_task_name(instruction: str, modules: Mapping[str, Ecm]) -> bool:
@@ -164,7 +179,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             require_no_retraction(own_reasons, tasks)
         reasons += own_reasons
         # A sentence that is only a reason, as in `The table is dirty. Clean it.`, leads the next one.
-        context = _context(errands, own_reasons or leading, tasks)
+        context = _context(errands, [*leading, *own_reasons], tasks)
         leading = [] if sentence else own_reasons
         if sentence and sentence[0].is_otherwise:
             other = read_otherwise(sentence, first, tasks, context)
@@ -181,6 +196,8 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
         for segment, condition in _requests(merged_requests(sentence, tasks, context)):
             if segment.mood is Mood.REQUEST and last and is_own_check(segment, last[0], tasks):
                 continue  # `…, then check that it is clean`: the goal says that
+            if segment.is_check and not _is_understood(segment, tasks, context):
+                continue
             if segment.mood is Mood.REQUEST:
                 request = read_request(segment, condition, tasks, context, last and last[0].topic)
                 refined = last and refined_request(last[0], request, segment, last[1])
@@ -212,11 +229,21 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             raise NothingAskedError(
                 f"the instruction asks for `{errand.routed.formal_text}` and prohibits it"
             )
+    errands = without_prohibited_parts(errands, prohibited)
     require_no_alternative(errands)
     for reason in reasons:
         require_plain_reason(reason, tasks, [errand.routed for errand in errands])
     account = tuple(f"{quoted(' '.join(reason.words))}: a reason, asks for nothing" for reason in reasons)
     return Understanding(instruction, tuple(errands), tuple(prohibited), account=account)
+
+
+def _is_understood(segment: Segment, tasks: Sequence[TaskPhrases], context: Sequence[Errand]) -> bool:
+    """Return True if a task does what a check asks for."""
+    try:
+        read_request(segment, None, tasks, context)
+    except InstructionError:
+        return False
+    return True
 
 
 def _context(

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import counted_parameter
 from aeros.agent.instructions.conditions import find_condition
 from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.reasons.statements import is_remark
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
+from aeros.spec.expr import terms as t
 
 
 def without_statements(sentence: Sentence, tasks: Sequence[TaskPhrases]) -> tuple[Sentence, list[Segment]]:
@@ -34,7 +38,11 @@ def without_statements(sentence: Sentence, tasks: Sequence[TaskPhrases]) -> tupl
             and not segment.openers
             and len(segment.words) > 1
             and english.MODALS.isdisjoint(segment.words)
-            and any(find_condition(segment, entry, is_own=bool(kept)) is not None for entry in tasks)
+            and any(
+                find_condition(one, entry, is_own=bool(kept)) is not None
+                for entry in tasks
+                for one in (segment, replace(segment, words=("there", "is", *segment.words)))
+            )
         )
         (reasons if is_stated or segment.mood is Mood.REASON else kept).append(segment)
     return tuple(kept), reasons
@@ -75,19 +83,24 @@ def require_plain_reason(
         InstructionError: it holds a condition or a negation, or asks for a task.
     """
     words = reason.words
-    is_stated = any(find_condition(reason, entry) is not None for entry in tasks)
+    _require_agreement(reason, tasks, asked_for)
+    is_stated = is_remark(words) or any(find_condition(reason, entry) is not None for entry in tasks)
     speaks_of_people = words[:1] in (("i",), ("we",), ("he",), ("she",), ("they",))
     refused = english.CHOICES | english.REPETITIONS | english.TURNS
-    refused |= frozenset() if speaks_of_people else english.NEGATIVES
     named = {word for entry in tasks for phrase in entry.objects for word in phrase}
     named |= {word for entry in tasks for value in entry.values for word in value.words}
+    named -= english.DETERMINERS | english.POSITIONS | english.DIRECTIONS | english.PART_PREPOSITIONS
     # `the customers from town arrive at ten` speaks of no thing that the robot could be asked for.
     is_elsewhere = named.isdisjoint(words)
     refused |= frozenset() if reason.link is Link.ADJUNCT or is_elsewhere else english.PLACES
+    is_free = speaks_of_people or (is_elsewhere and reason.link is Link.START and not reason.marker[:-1])
+    refused |= frozenset() if is_free else english.NEGATIVES
     doubtful = [
         word
         for at, word in enumerate(words)
-        if word in refused and not is_stated and not _is_known_place(words[at:], tasks, asked_for)
+        if word in refused and not is_stated
+        if not _is_known_place(words[at:], tasks, asked_for)
+        and not _is_known_part(words[at:], tasks, asked_for)
     ]
     asked = [
         entry.routed
@@ -99,6 +112,63 @@ def require_plain_reason(
         why = quoted(doubtful[0]) if doubtful else f"`{asked[0]}`"
         text = " ".join((*reason.marker, *words))
         raise InstructionError(f"it is not clear if {quoted(text)} is only a reason, because of {why}")
+
+
+def _is_known_part(words: Words, tasks: Sequence[TaskPhrases], asked_for: Sequence[RoutedTask]) -> bool:
+    """Return True for `on the left half …` if that half is asked for."""
+    begin = next((at for at in range(1, len(words)) if words[at] not in english.DETERMINERS), 0)
+    values = [(entry, entry.value_phrase(words, begin)) for entry in tasks]
+    return words[0] in english.POSITIONS and any(
+        value is not None and one.arguments.get(value.parameter) in value.values
+        for entry, value in values
+        for one in asked_for
+        if entry.routed.covers(one)
+    )
+
+
+def _require_agreement(
+    reason: Segment, tasks: Sequence[TaskPhrases], asked_for: Sequence[RoutedTask]
+) -> None:
+    """Require that a reason neither says that a goal is reached, nor a number or colour of what is asked for.
+
+    Raises:
+        InstructionError: it does, as in `the table is clean, wipe it` and `there are five of us, make tea`.
+    """
+    text = quoted(" ".join((*reason.marker, *reason.words)))
+    for entry in tasks:
+        for routed in (one for one in asked_for if entry.routed.covers(one)):
+            found = find_condition(reason, entry, is_own=True)
+            goal = routed.task.goal
+            if found is not None and found.term in (goal.operands if isinstance(goal, t.And) else (goal,)):
+                raise InstructionError(f"{text} says that the goal of `{routed}` is reached")
+            act = cover(entry, reason.words, knows_pronoun=True, is_perfect=True).triggers
+            if (
+                act
+                and reason.link is Link.ADJUNCT
+                and not reason.marker
+                and reason.words[0] in english.PLACES | _IT
+            ):
+                raise InstructionError(f"{text} may say that `{routed}` is done already")
+            counted = counted_parameter(routed.task)
+            is_default = counted is not None and routed.arguments[counted.name] == counted.default
+            if is_default and any(_says_how_many(reason.words, at) for at in range(len(reason.words))):
+                raise InstructionError(f"{text} may say how many are wanted; say the number in the request")
+            named = cover(entry, reason.words, knows_pronoun=False).values
+            colours = english.COLOURS.intersection(reason.words) - {
+                word for value in entry.values if value.names_object for word in value.words
+            }
+            if named.is_specific and colours:
+                raise InstructionError(f"{text} says a colour that `{routed}` does not know")
+
+
+_IT: Final = frozenset({"it", "they", "this", "the"})
+
+
+def _says_how_many(words: Words, at: int) -> bool:
+    """Return True at the number of `we are six`; `at eight` is a time."""
+    number = english.number_of(words[at])
+    is_time = at > 0 and words[at - 1] in ("at", "by", "in", "until", "since")
+    return number is not None and number > 1 and not is_time
 
 
 def _is_known_place(words: Words, tasks: Sequence[TaskPhrases], asked_for: Sequence[RoutedTask]) -> bool:
@@ -130,7 +200,7 @@ def require_no_retraction(reasons: Sequence[Segment], tasks: Sequence[TaskPhrase
         InstructionError: one is a statement, neither about people nor of a condition that a task declares.
     """
     for one in reasons:
-        is_marked = one.marker or not english.PERSONS.isdisjoint(one.words[:3])
+        is_marked = one.marker or is_remark(one.words)
         if not is_marked and not any(find_condition(one, entry, is_own=True) for entry in tasks):
             raise InstructionError(
                 f"{quoted(one.text)} may take back what is asked for before it; say reasons first, or with "

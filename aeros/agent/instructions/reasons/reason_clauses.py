@@ -57,7 +57,8 @@ def without_reasons(tokens: Words) -> tuple[Words, list[Segment]]:
 
 def _is_reason(tokens: Words, at: int) -> bool:
     """Return True if what stands before `so` states something."""
-    if tokens[at + 1 : at + 2] in (("much",), ("many",), ("very",)):
+    is_of_opener = len(english.OPENERS.starting(tokens)) > at  # `i should be so grateful if you …`
+    if is_of_opener or tokens[at + 1 : at + 2] in (("much",), ("many",), ("very",)):
         return False
     stated = without_commas(tokens[:at])
     return is_statement(stated) or (tokens[at - 1] == COMMA and tokens[0] in english.SUBJECTS)

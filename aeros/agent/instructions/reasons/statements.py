@@ -19,7 +19,78 @@ _PERSONS: Final = frozenset({"i", "we", "he", "she", "they", "everyone", "everyb
 _THINGS: Final = frozenset({"it", "this", "that", "there", "these", "those"})
 _WISHING: Final = frozenset({"want", "wants", "like", "likes", "wish", "wishes", "love", "loves"})
 _OWN_ACTS: Final = frozenset({"see", "watch", "visit", "eat", "meet", "come", "know", "sit", "work"})
+_OWN_MODALS: Final = frozenset({"can", "cannot", "could", "must", "should", "to", "will", "ll"})
+"""Modals by which speakers say what they are to do themselves: `i must leave soon`."""
 _FUTURE: Final = frozenset({"will", "ll"})
+
+
+def is_remark(words: Words) -> bool:
+    """Check if some words ask for nothing even after a request: they cannot take it back.
+
+    Args:
+        words: words between two pauses.
+
+    Returns:
+        True for a declared remark, and for what people are, have or do without a word that may be about the
+        request: `my guests are about to arrive`, and not `i did it` or `she says`.
+    """
+    is_of_body = words[:1] in (("my",), ("our",)) and words[1:2] and words[1] in english.BODY
+    if words in english.FREE_REMARKS or (is_of_body and english.NO_STATEMENTS.isdisjoint(words)):
+        return len(words) > 1 or words in english.FREE_REMARKS
+    words = _without_openers(words)
+    names_person = words[:1] in _PERSON_SUBJECTS or (
+        words[:1]
+        and words[0] in english.DETERMINERS | english.POSSESSIVES
+        and not english.PERSONS.isdisjoint(words[1:4])
+    )
+    barred = english.BARRED_IN_REMARKS - _TO
+    if not names_person and words[:1]:
+        # `it is the one in the fridge` may say which thing is meant.
+        barred |= english.PLACES | english.POSITIONS | english.DIRECTIONS | english.COLOURS
+        if words[0] in _THINGS and any(one in english.DETERMINERS for one in words[1:3]):
+            return False
+        words = words if words[0] not in _THINGS else ("there", *words[1:])
+    is_full = len(words) > _MIN_REMARK and barred.isdisjoint(words) and words[-1] not in _SPEECH
+    return is_full and is_statement(words)
+
+
+def _without_openers(words: Words) -> Words:
+    while opener := english.STATEMENT_OPENERS.starting(words):
+        words = words[len(opener) :]
+    return words
+
+
+_PERSON_SUBJECTS: Final = (
+    ("i",),
+    ("we",),
+    ("they",),
+    ("he",),
+    ("she",),
+    ("everyone",),
+    ("everybody",),
+    ("people",),
+)
+_TO: Final = frozenset({"to"})
+_MIN_REMARK: Final = 2
+"""Words that a remark about people has more than: `she laughs` may report a speech."""
+_SPEECH: Final = frozenset(
+    {
+        "barked",
+        "called",
+        "cried",
+        "full",
+        "go",
+        "goes",
+        "like",
+        "screamed",
+        "shouted",
+        "went",
+        "was",
+        "is",
+        "yelled",
+    }
+)
+"""Last words of a statement after which a speech may follow, as in `she goes, …`."""
 
 
 def is_statement(words: Words) -> bool:
@@ -31,23 +102,33 @@ def is_statement(words: Words) -> bool:
     Returns:
         True if they begin with a subject that has a finite verb.
     """
+    words = _without_openers(words)
     if words[1:2] == ("and",) and words[0] in english.PERSONS and words[2:3] and words[2] in english.PERSONS:
         words = words[2:]  # `grandma and grandpa are here`
-    if len(words) < 2 or not english.NO_STATEMENTS.isdisjoint(words):
+    if len(words) < 2 or not english.NO_STATEMENTS.isdisjoint(words) or words[-1] in _SPEECH:
         return False
     if english.PROHIBITIONS.starting(words) or english.WISHES.starting(words):
         return False
-    if words[0] not in _PERSONS and not english.NEGATIVES.isdisjoint(words):
+    if any(english.NEGATIVE_DUTIES.starting(words, at) for at in range(1, len(words))):
         return False
     if len(english.CAUSATIVES.starting(words)) > _SHORT_CAUSATIVE:
         return False  # `it is high time the table was cleaned`
     if words[0] in english.FILLERS:
         return False  # `please have it cleaned`
     first, second = words[0], words[1]
-    rest = frozenset(word for at, word in enumerate(words) if at and not _is_can(words, at))
-    if first in _SPEAKERS and not english.DESIRES.isdisjoint(words[1:4]):
+    rest = frozenset(
+        word
+        for at, word in enumerate(words)
+        if at and not _is_can(words, at) and not (word == "to" and words[at - 1] in _BEFORE_TO)
+    )
+    if first in _SPEAKERS and not (english.DESIRES - _FUTURE).isdisjoint(words[1:4]):
+        return False
+    is_request = len(english.OPENERS.starting(words)) > _SHORT_CAUSATIVE
+    if is_request or english.COUNTED_WISHES.starting(words) or words[-1] == "to":
         return False
     if first in english.DETERMINERS | english.POSSESSIVES and _is_wish_of_others(words):
+        return True
+    if first in _SPEAKERS and second not in english.DETERMINERS and rest & english.MODALS <= _OWN_MODALS:
         return True
     if rest & english.MODALS and not (first not in _SPEAKERS | _THINGS and rest & english.MODALS <= _FUTURE):
         # `i can't reach it` states something
@@ -66,6 +147,33 @@ def is_statement(words: Words) -> bool:
         (second in english.FINITE and (second != "s" or first in english.PERSONS))
         or (first in english.PERSONS and second in english.FINITE_OF_PERSONS)
     )
+
+
+_BEFORE_TO: Final = frozenset(
+    {
+        "about",
+        "back",
+        "close",
+        "come",
+        "coming",
+        "due",
+        "get",
+        "getting",
+        "got",
+        "going",
+        "here",
+        "next",
+        "over",
+        "ready",
+        "round",
+        "thanks",
+        "trying",
+        "unable",
+        "used",
+        "way",
+    }
+)
+"""Words after which `to` tells of nothing that is to be done."""
 
 
 def _is_can(words: Words, at: int) -> bool:

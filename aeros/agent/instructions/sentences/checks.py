@@ -12,6 +12,9 @@ from aeros.agent.instructions.segments import COMMA
 SpokenSentence = tuple[Words, bool]
 """Words and commas of a sentence, and True if it ends with a question mark."""
 
+CHECK: Final = "?"
+"""First token of a sentence with a check that the next one depends on: its condition is measured anyway."""
+
 _BE: Final = frozenset({"is", "are"})
 _IF: Final[Words] = ("if",)
 _UNLESS: Final[Words] = ("unless",)
@@ -25,8 +28,9 @@ def without_checks(sentences: Sequence[SpokenSentence]) -> Iterator[SpokenSenten
         sentences: the sentences.
 
     Yields:
-        The sentences; `is the table dirty? if so, clean it` and `check if the table is dirty, and clean it if
-        so` are `if the table is dirty, clean it`.
+        The sentences; `is the table dirty? if so, clean it` is `if the table is dirty, clean it`, and `check
+        if it is dirty, and clean it if so` is that after a sentence with the check, which begins with
+        `CHECK`.
     """
     at = 0
     while at < len(sentences):
@@ -38,10 +42,13 @@ def without_checks(sentences: Sequence[SpokenSentence]) -> Iterator[SpokenSenten
         if condition and (affirmed or denied):
             rest = following[0][denied or len(affirmed) :]
             rest = rest[1:] if rest[:1] == (COMMA,) else rest
+            if not is_question:
+                yield (CHECK, *_with_questions(tokens)), False
             yield (*(_UNLESS if denied else _IF), *condition, COMMA, *rest), following[1]
             at += 2
             continue
-        yield _without_own_check(tokens), is_question
+        for part in _without_own_check(tokens):
+            yield part, is_question and part[:1] != (CHECK,)
         at += 1
 
 
@@ -83,24 +90,27 @@ def _after(phrases: PhraseSet, tokens: Words) -> tuple[Words, Words]:
     return found, tokens[at + len(found) :]
 
 
-def _without_own_check(tokens: Words) -> Words:
-    """Rewrite a check that stands in the sentence of its request."""
+def _without_own_check(tokens: Words) -> Iterator[Words]:
+    """Part a check from what depends on it in the same sentence."""
     check, rest = _after(english.CHECKS, tokens)
     look, seen = _after(english.LOOKS, _with_questions(tokens))
+    asked = _with_questions(tokens)
     if check:
         # `check if the table is dirty and clean it if so`, `check if the table is dirty, if so, clean it`
         for at in range(2, len(rest)):
             link = english.SEQUENCE.starting(rest, at) or rest[at : at + 1]
-            if link not in (("and",), (COMMA,)):
+            if link not in (("and",), (COMMA,), (COMMA, "and")):
                 continue
             request = rest[at + len(link) :]
-            affirmed = english.AFFIRMATIONS.starting(request)
-            ending = english.AFFIRMATIONS.ending(request)
-            if affirmed:
-                request = request[len(affirmed) :]
-                return (*_IF, *rest[:at], COMMA, *(request[1:] if request[:1] == (COMMA,) else request))
-            if ending:
-                return (*_IF, *rest[:at], COMMA, *request[: -len(ending)])
+            denied = after_denial(request, 0) or after_denial(rest, at + (rest[at] == COMMA)) - at - len(link)
+            affirmed = len(english.AFFIRMATIONS.starting(request))
+            ending = len(english.AFFIRMATIONS.ending(request))
+            if denied > 0 or affirmed or ending:
+                wanted = request[max(denied, 0) or affirmed :] if not ending else request[:-ending]
+                wanted = wanted[1:] if wanted[:1] == (COMMA,) else wanted
+                yield (CHECK, *asked[: len(asked) - len(rest) + at])
+                yield (*(_UNLESS if denied > 0 else _IF), *rest[:at], COMMA, *wanted)
+                return
     elif look:
         # `look at the table and clean it if it is dirty`
         end = next((at for at in range(len(seen)) if seen[at] in ("and", COMMA)), len(seen))
@@ -109,8 +119,10 @@ def _without_own_check(tokens: Words) -> Words:
         depends = any(english.CONDITIONALS.starting(rest, at) for at in range(len(rest)))
         if depends and "it" in rest and 1 <= len(thing) <= 3:
             it = rest.index("it")
-            return (*rest[:it], *thing, *rest[it + 1 :])
-    return _with_questions(tokens)
+            yield (CHECK, *asked[: len(asked) - len(seen) + end])
+            yield (*rest[:it], *thing, *rest[it + 1 :])
+            return
+    yield asked
 
 
 def _with_questions(tokens: Words) -> Words:

@@ -200,6 +200,30 @@ def strip_openers(tokens: Words) -> Words:
     return tokens[position:]
 
 
+_OPEN: Final = frozenset(
+    {
+        "a",
+        "an",
+        "by",
+        "for",
+        "from",
+        "her",
+        "his",
+        "into",
+        "my",
+        "of",
+        "onto",
+        "our",
+        "the",
+        "their",
+        "to",
+        "with",
+        "your",
+    }
+)
+"""Words that go on: what stands behind one is no phrase of its own."""
+
+
 def strip_closers(words: Words) -> Words:
     """Remove phrases that ask for nothing at the end.
 
@@ -211,7 +235,8 @@ def strip_closers(words: Words) -> Words:
     """
     while words:
         closer = english.CLOSERS.ending(words)
-        if not closer:
-            return words
+        before = words[: len(words) - len(closer)][-1:]
+        if not closer or (before and before[0] in _OPEN):
+            return words  # `bring it to the chef`
         words = words[: -len(closer)]
     return words

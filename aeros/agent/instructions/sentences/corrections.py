@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -19,6 +20,11 @@ from aeros.spec.diagnostics.codes import quoted
 
 _MAX_CORRECTIONS: Final = 3
 """Limit on the corrections of an instruction."""
+
+_HESITATION: Final = re.compile(
+    r"(?i)(?:,|\s-+)\s*(?:er+|erm|u+h+|uhm|um+|hm+|ah|oops|whoops)\b[.\u2026]*\s*(?:,|-+\s)\s*"
+)
+"""A hesitation between two pauses, after which a speaker may say another value."""
 
 _MAX_WORDS: Final = 24
 """Limit on the words of a sentence that is corrected: all parts of it are tried."""
@@ -67,6 +73,13 @@ def without_corrections(
         InstructionError: the instruction holds a number with a sign, a fraction or the like.
     """
     notes: tuple[str, ...] = ()
+    if _HESITATION.search(instruction):
+        hesitant = _HESITATION.sub(", no, ", instruction)
+        correction = _find(hesitant)
+        is_link = correction and english.SEQUENCE.ending(correction.wrong)
+        is_value = correction and not is_link and _is_value(correction.right, tasks)
+        if correction and is_value and _corrected(correction, tasks, read):
+            instruction = hesitant
     for _ in range(_MAX_CORRECTIONS):
         correction = _find(instruction)
         corrected = correction and _corrected(correction, tasks, read)
@@ -77,6 +90,14 @@ def without_corrections(
         right = quoted(" ".join(without_commas(correction.right)))
         notes += (f"{quoted(' '.join(wrong))}: corrected to {right}",)
     return instruction, notes
+
+
+def _is_value(words: Words, tasks: Sequence[TaskPhrases]) -> bool:
+    """Return True if some words only state a value, as in `the left, er, the right half`."""
+    found = [cover(entry, without_commas(words), knows_pronoun=False) for entry in tasks]
+    return any(one.values.stated and not one.unknown for one in found) and not any(
+        one.triggers and not one.unknown for one in found
+    )
 
 
 def _find(instruction: str) -> _Correction | None:
@@ -130,7 +151,9 @@ def _corrected(
     correction: _Correction, tasks: Sequence[TaskPhrases], read: Callable[[str], Understanding]
 ) -> tuple[Words, Words] | None:
     """Return the corrected words of the sentence and those that were replaced; None if that is not clear."""
-    wrong, right = correction.wrong, correction.right
+    wrong, right = correction.wrong, _with_noun(correction.right, correction.wrong, tasks)
+    if right[:1] == ("not",) and right.count(COMMA) == 1:
+        return _replaced(correction, read)
     if len(wrong) > _MAX_WORDS or _is_negative(wrong) or _is_negative(right):
         return None
     asked_before = _read(_text((*correction.before, _sentence(wrong))), read)
@@ -151,6 +174,34 @@ def _corrected(
         if is_clear and (alone is None or alone.errands[-1:] == found.errands[-1:]):
             return words, replaced
     return None
+
+
+def _replaced(correction: _Correction, read: Callable[[str], Understanding]) -> tuple[Words, Words] | None:
+    """Correct `…, sorry, not the can, the block`, which says itself which words are wrong."""
+    wrong, pause = correction.wrong, correction.right.index(COMMA)
+    old, new = correction.right[1:pause], correction.right[pause + 1 :]
+    places = [at for at in range(len(wrong)) if wrong[at : at + len(old)] == old]
+    if len(places) != 1 or _is_negative(wrong) or _is_negative(new):
+        return None
+    words = wrong[: places[0]] + new + wrong[places[0] + len(old) :]
+    asked, found = (_read(_text((*correction.before, _sentence(one))), read) for one in (wrong, words))
+    if asked is None or found is None or len(asked.errands) != len(found.errands):
+        return None
+    tasks = [
+        (one.routed.task, other.routed.task) for one, other in zip(asked.errands, found.errands, strict=True)
+    ]
+    return (words, old) if all(one is other for one, other in tasks) else None
+
+
+def _with_noun(right: Words, wrong: Words, tasks: Sequence[TaskPhrases]) -> Words:
+    """Return `inspect the table` for `inspect it` after `clean the table, no`."""
+    named = [cover(entry, without_commas(wrong), knows_pronoun=False) for entry in tasks]
+    nouns = {one.objects[0] for one in named if len(one.objects) == 1 and one.triggers and not one.unknown}
+    if len(nouns) != 1 or sum(word in ("it", "them") for word in right) != 1:
+        return right
+    return tuple(
+        part for word in right for part in (("the", *min(nouns)) if word in ("it", "them") else (word,))
+    )
 
 
 def _parts(size: int, replacing: int) -> Iterator[tuple[int, int]]:

@@ -61,13 +61,18 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
                 tokens += [*([COMMA] if has_pause else []), *words]
         is_label = strip_ends(tuple(tokens)) in english.LABELS
         if end and end.group().strip() == COLON and is_label:
-            tokens = []
-        elif end and end.group().strip() == COLON and position < len(rest):
+            tokens = tokens if tuple(tokens) in _ORDINALS else []
+            continue
+        if end and end.group().strip() == COLON and position < len(rest):
             tokens += [COLON] if tokens else []
         elif tokens:
             if not (is_label and end and COLON in end.group()):
                 yield tuple(tokens), bool(end and "?" in end.group())
             tokens = []
+
+
+_ORDINALS: Final = (("first",), ("second",), ("third",), ("fourth",))
+"""Labels that are kept: a thing behind one is asked for, as in `first: a tea.`."""
 
 
 def with_labelled_values(sentences: Sequence[tuple[Words, bool]]) -> Iterator[tuple[Words, bool]]:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Final
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.wordings.wording import Wording, without_each
+from aeros.agent.instructions.wordings.wording import WANT, Wording, without_each
+
+_OF_STATES: Final = frozenset({"let", "make", "see"})
+"""Last words of causatives that ask for a state only: `make the can move` and `see the can` do not."""
 
 
 def causatives(wording: Wording) -> Iterator[Wording]:
@@ -26,10 +30,11 @@ def causatives(wording: Wording) -> Iterator[Wording]:
     for linked in (rest, *without_each(rest, english.COPULAS)):
         if any(english.participle_bases(word) for word in linked):
             yield wording.with_object_first(linked, is_perfect=True)
-        if any(word.endswith("ing") for word in linked):
+        is_state = linked[-1:] and (linked[-1] in english.ADJECTIVES or "for" in linked)
+        if causative[-1] not in _OF_STATES or is_state:
             yield wording.with_object_first(linked)
-        if linked and linked[-1] in english.ADJECTIVES:
-            yield wording.with_object_first(linked)
+        if causative[-1] == "if" and linked != rest:
+            yield wording.with_words((*WANT, *linked))  # `it would be nice if the can were on the left`
     for act in without_each(rest, english.RECEIPTS):
         # `see that the table gets a wipe`
         yield wording.with_object_first(act)

@@ -12,7 +12,7 @@ _COLOUR: Final = ("color", "colour")
 
 
 def particles(wording: Wording) -> Iterator[Wording]:
-    """Put a particle beside its verb: `pick me up a book` is `pick up me a book`.
+    """Put a particle, or for whom it is, beside the verb: `pick me up a book` is `pick up me a book`.
 
     Args:
         wording: words of a request.
@@ -24,6 +24,8 @@ def particles(wording: Wording) -> Iterator[Wording]:
     for at in range(2, len(words)):
         if words[at] in english.PARTICLES:
             yield wording.with_words((words[0], words[at], *words[1:at], *words[at + 1 :]))
+        elif words[at] == "for" and at + 1 < len(words):
+            yield wording.with_words((words[0], *words[at:], *words[1:at]))  # `lay for six the table`
 
 
 def attributes(wording: Wording) -> Iterator[Wording]:
@@ -42,5 +44,7 @@ def attributes(wording: Wording) -> Iterator[Wording]:
             attribute, end = words[at + 1], at + 3
         elif words[at] in ("that", "which") and words[at + 1 : at + 2] in (("is",), ("s",)):
             attribute, end = "".join(words[at + 2 : at + 3]), at + 3
+        elif words[at] in (*_COLOUR, "coloured", "colored") and words[at - 1] in english.COLOURS:
+            yield wording.with_words((*words[:at], *words[at + 1 :]))  # `the blue colour cup`
         if attribute and end <= len(words):
             yield wording.with_words((*words[: at - 1], attribute, words[at - 1], *words[end:]))

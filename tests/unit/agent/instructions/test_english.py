@@ -47,7 +47,8 @@ def test_every_word_of_every_pattern_is_normalized() -> None:
     lists = [one for one in (*data.values(), *data["classes"].values()) if isinstance(one, list)]
     for text in (pattern for patterns in lists for pattern in patterns):
         words = re.sub(r"<\w+>|[(|)]", " ", text)
-        assert tuple(words.split()) == normalized_words(words), text
+        spoken = tuple(word for word in words.split() if word not in ("*", "**"))
+        assert spoken == normalized_words(words), text
 
 
 @pytest.mark.parametrize(

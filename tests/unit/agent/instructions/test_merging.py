@@ -13,7 +13,7 @@ from tests.unit.agent.instructions.lists.reference import parametric_modules
     [
         ("wipe and tidy the table", ["wipe tidy the table"]),
         ("wrap and boil two dumplings", ["wrap and boil two dumplings"]),
-        ("pick and place the block", ["pick place the block"]),
+        ("pick and place the block", ["pick and place the block"]),
         ("the left half of the table, wipe it", ["the left half of the table wipe it"]),
         ("wipe the table and make dumplings", ["wipe the table", "make dumplings"]),
         ("sing and dance", ["sing", "dance"]),

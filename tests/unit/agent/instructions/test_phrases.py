@@ -57,3 +57,18 @@ def test_an_end_is_found_iff_a_start_reaches_it(words: list[str]) -> None:
     ends = [at for at in range(len(spoken)) if spoken[at:] in PHRASES]
     expected = spoken[min(ends) :] if ends else ()
     assert PHRASES.ending(spoken) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("be a star and go", "be a star and"),
+        ("be a no and go", ""),
+        ("what a long day it was no", "what a long day it was"),
+        ("what a", ""),
+        ("what a b c d e f g h i", "what a b c d e f g h"),
+    ],
+)
+def test_free_words_are_not_barred_and_at_most_seven(text: str, found: str) -> None:
+    phrases = PhraseSet(["be a * and", "what a **"], {}, frozenset({"no"}))
+    assert " ".join(phrases.starting(tuple(text.split()))) == found

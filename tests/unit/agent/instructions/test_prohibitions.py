@@ -6,7 +6,7 @@ from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.understand import understand
 from tests.unit.agent.instructions.lists.reference import reference_modules
 
-OF_THE_TABLE = ["clean_table.clean_table", "inspect_table.inspect_table"]
+OF_THE_TABLE = ["clean_table.clean_table", "inspect_table.inspect_table", "serve_table.serve_table"]
 
 
 @pytest.mark.parametrize(

@@ -99,6 +99,38 @@ def test_a_part_of_the_thing_before_may_be_left_alone() -> None:
     assert [one.formal_text for one in found.prohibited] == ["clean_table.clean_table(region = right)"]
 
 
+@pytest.mark.parametrize(
+    ("text", "meaning"),
+    [
+        ("Clean the table, but leave the right half alone.", ("clean_table.clean_table(region = left)",)),
+        ("Clean the left half, er, the right half.", ("clean_table.clean_table(region = right)",)),
+        (
+            "Bring the can and clean the table, sorry, not the can, the block.",
+            (
+                "fetch_object.fetch_object(object = blue_block, to = middle)",
+                "clean_table.clean_table(region = whole)",
+            ),
+        ),
+        ("First: can. Second: wipe the table.", ("fetch_object.fetch_object", "clean_table.clean_table")),
+        ("we have guests at eight so please wipe the table", ("clean_table.clean_table",)),
+        ("Stop making dumplings and clean the table.", ("clean_table.clean_table",)),
+        (
+            "Frankly, give the table a wipe, my guests are about to arrive.",
+            ("clean_table.clean_table",),
+        ),
+        ("If the table is, clean it.", ()),
+        ("Clean the table, it has been cleaned.", ()),
+        ("There are five of us, make dumplings.", ()),
+        ("My can is green, bring it.", ()),
+        ("Clean the table, yeah right.", ()),
+    ],
+)
+def test_wordings_of_many_speakers(text: str, meaning: tuple[str, ...]) -> None:
+    found = [line for line in lines(text) if not line.startswith("never")]
+    assert len(found) == len(meaning)
+    assert all(line.startswith(one) for line, one in zip(found, meaning, strict=True))
+
+
 PLAIN = sorted(text for text in EXPECTED.keys() - GROUPS["reasons"] if EXPECTED[text] != REFUSE)
 """Instructions that can be done, without reasons, whose words are free."""
 

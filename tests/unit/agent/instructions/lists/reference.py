@@ -19,7 +19,13 @@ from tests.unit.agent.dumplings import SPAN
 
 REPOSITORY = Path(__file__).parents[5]
 LISTS = Path(__file__).parent
-LETTERS = {"make_dumplings": "d", "clean_table": "t", "fetch_object": "f", "inspect_table": "i"}
+LETTERS = {
+    "make_dumplings": "d",
+    "clean_table": "t",
+    "fetch_object": "f",
+    "inspect_table": "i",
+    "serve_table": "s",
+}
 SIDES = EnumType("test.region", ("whole", "left", "right"))
 REGION = TaskParameter(
     "region",

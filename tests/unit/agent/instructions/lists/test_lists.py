@@ -20,6 +20,8 @@ CONDITIONS = {
     ("unless", "table clean"): ("not table_wiped", "not (table_wiped)"),
     ("if", "table clean"): ("table_wiped", "not (not table_wiped)"),
     ("if", "table untidy"): ("clutter_on_table", "not (table_organized)"),
+    ("if", "table tidy"): ("table_organized", "not (clutter_on_table)"),
+    ("unless", "table tidy"): ("not (table_organized)", "clutter_on_table"),
     ("unless", "table untidy"): ("not (clutter_on_table)", "table_organized"),
 }
 KEYS_BESIDE_ARGUMENTS = {"task", "if", "unless", "otherwise"}
@@ -34,6 +36,8 @@ FLOORS = {
     "unseen_8": 0.8,
     "unseen_9": 0.9,
     "unseen_10": 0.72,
+    "unseen_11": 0.85,
+    "unseen_12": 0.5,
     "authors_2": 0.95,
     "authors_3": 0.96,
     "authors_4": 0.97,

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.agent.instructions.reasons.statements import is_statement
+from aeros.agent.instructions.reasons.statements import is_remark, is_statement
 
 
 @pytest.mark.parametrize(
@@ -49,3 +49,39 @@ def test_a_subject_with_a_finite_verb_states_something(words: str) -> None:
 )
 def test_requests_reports_and_words_about_words_are_no_statements(words: str) -> None:
     assert not is_statement(tuple(words.split()))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "what a morning",
+        "my back is not what it was",
+        "it is necessary for my work",
+        "my guests are about to arrive",
+        "i have been up since dawn",
+        "the kids spilled juice",
+    ],
+)
+def test_a_remark_cannot_take_back_what_is_asked_for(words: str) -> None:
+    assert is_remark(tuple(words.split()))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "i did it",
+        "i take that back",
+        "i am only kidding",
+        "my wife took care of it",
+        "my sister will do it",
+        "she shouted",
+        "we are good",
+        "it is in the fridge",
+        "it is the neighbour s",
+        "it is yellow",
+        "the can is behind the sofa",
+        "my son wants the red can",
+    ],
+)
+def test_words_that_may_take_it_back_or_name_another_thing_are_no_remark(words: str) -> None:
+    assert not is_remark(tuple(words.split()))

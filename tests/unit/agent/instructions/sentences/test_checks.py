@@ -13,9 +13,22 @@ IF_DIRTY = "if the table is dirty , clean it"
         (["is the table dirty ?", "if so , clean it"], [IF_DIRTY]),
         (["is the table dirty ?", "then clean it"], [IF_DIRTY]),
         (["is the table clean ?", "if not , clean it"], ["unless the table is clean , clean it"]),
-        (["please check whether the table is dirty", "if so , clean it"], [IF_DIRTY]),
-        (["check if the table is dirty and clean it if so"], [IF_DIRTY]),
-        (["look at the table and clean it if it is dirty"], ["clean the table if it is dirty"]),
+        (
+            ["please check whether the table is dirty", "if so , clean it"],
+            ["? please check whether the table is dirty", IF_DIRTY],
+        ),
+        (
+            ["check if the table is dirty and clean it if so"],
+            ["? check whether the table is dirty", IF_DIRTY],
+        ),
+        (
+            ["see whether the table is clean , and if it isn t , clean it"],
+            ["? see whether the table is clean", "unless the table is clean , clean it"],
+        ),
+        (
+            ["look at the table and clean it if it is dirty"],
+            ["? look at the table", "clean the table if it is dirty"],
+        ),
         (["is the table dirty ?", "clean it"], ["is the table dirty", "clean it"]),
         (["check whether the table is dirty"], ["check whether the table is dirty"]),
         (["look at the table"], ["look at the table"]),

@@ -43,7 +43,7 @@ def test_a_correction_changes_what_it_states_and_nothing_else(text: str, asked_f
         "fetch the can, no",
         "clean the left half, no, dance",
         "fetch the can to the right, no, fetch the block",
-        "fetch the can, sorry for the trouble",
+        "fetch the can, sorry for the fridge, the bottle",
         "make two dumplings, no, the red can",
         "no, the red can",
     ],
