@@ -65,12 +65,12 @@ ASIDES = (0.0, -0.10, 0.10, -0.17, 0.17, -0.25, 0.25)
 PUSH_HALVES = ((0.035, 0.11), (0.046, 0.046))
 """Half of the space that a pushing hand needs, and of its wrist, which may touch objects next to it, m."""
 
-PUSH_START = 0.08
-"""Distance behind a can's middle at which fingers come down to push it, m: 40 mm from its end."""
+PUSH_START = 0.04
+"""Distance behind a can's end at which fingers come down to push it, m."""
 
 PUSH_ASIDE = ((0.0, 0.008, -0.008, 0.016, -0.016, 0.024, -0.024, 0.025, -0.025), (0.027, -0.027))
-"""Lateral offsets from its axis to try, m: at the last ones, which are tried if no other push has room, the
-fingers may slip off the end of a can of 22 mm radius."""
+"""Lateral offsets from its axis, at its end, to try, m: at the last ones, which are tried if no other push
+has room, the fingers may slip off the end of a can of 22 mm radius."""
 
 PUSH_ASKEW = (0.0, 0.12, -0.12, 0.24, -0.24)
 """Angles between the object and the way that it is pushed to try, rad: what it lies against guides it."""
@@ -422,7 +422,7 @@ def _look(
     grip = _grip_with_room(higher, beside, found)
     push = None
     if found.axis is not None and grip is None:
-        push = _shortest_push(higher, found.position, found.axis)
+        push = _shortest_push(higher, found.position, found.axis, kind.height / 2.0)
     values["object_free"] = (grip is not None,)
     values["object_free_across"] = (grip is not None and _has_room_across(higher, found, *grip),)
     values["object_grip_offset"] = ((0.0, 0.0, 0.0) if grip is None else grip[1], UNCERTAINTY)
@@ -565,20 +565,23 @@ def _has_room_across(points: Points, found: Seen, heading: float, offset: Place)
     return found.axis is None and _has_room(points, (x, y, z), heading + pi / 2.0)
 
 
-def _shortest_push(points: Points, place: Place, axis: float) -> tuple[Place, Place] | None:
+def _shortest_push(points: Points, place: Place, axis: float, half: float) -> tuple[Place, Place] | None:
     """Return start and way of the shortest push along `axis` to where a hand has room.
 
-    The pushing hand has room, too, all along its way. The fingers push as near to the axis as possible.
+    The end that is pushed is `half` of the can's length from its middle, along the axis. The pushing hand has
+    room, too, all along its way. The fingers push as near to the axis as possible.
     """
     x, y, z = place
     for asides, askew in ((one, other) for one in PUSH_ASIDE for other in PUSH_ASKEW):
         for away in np.arange(SEARCH_STEP, SEARCH_RADIUS, SEARCH_STEP).tolist():
-            for way in (axis + askew, axis + askew + pi):
+            for ahead in (axis, axis + pi):
+                way = ahead + askew
                 u, v = cos(way), sin(way)
+                end = (x - half * cos(ahead), y - half * sin(ahead))
                 if not _has_room(points, (x + away * u, y + away * v, z), axis):
                     continue
                 for aside in asides:
-                    start = (x - PUSH_START * u - aside * v, y - PUSH_START * v + aside * u, z)
+                    start = (end[0] - PUSH_START * u - aside * v, end[1] - PUSH_START * v + aside * u, z)
                     if _can_push(points, start, way, push_length(away)):
                         return start, (away * u, away * v, 0.0)
     return None

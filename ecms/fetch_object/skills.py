@@ -64,6 +64,9 @@ SHUT = 0.005
 PUSH_SPEED = 0.05
 """Peak speed of a hand that pushes, m/s: what it pushes may lie against something."""
 
+RETREAT_SPEED = 0.20
+"""Peak speed of a hand that rises after a push, m/s."""
+
 PUSHES = 5
 """Largest number of pushes before the next grasp."""
 
@@ -73,6 +76,9 @@ and the floor around them."""
 
 ABREAST = 0.3
 """Distance along y within which two places of the base show the same, m."""
+
+LOOKS_FOR_ROOM = 3
+"""Number of further looks for a push: one pixel with noise may seem to be in the way of the hand."""
 
 LOOKS = 5
 """Number of further looks for an object that a picture does not show."""
@@ -134,7 +140,7 @@ def _grip(observed: Observation, pace: float, turn: float) -> Task:
             break
     else:
         return observed
-    (x, y, z), yaw = observed["object_position"], _turned(observed["object_yaw"], turn)
+    (x, y, z), yaw = observed["object_position"], _nearest(_turned(observed["object_yaw"], turn), yaw)
     dx, dy, _ = observed.get("object_grip_offset", (0.0, 0.0, 0.0))
     x, y, grip = x + dx, y + dy, z + (0.0 if observed["object_lying"] else GRASP)
     yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed, pace))
@@ -147,6 +153,11 @@ def _grip(observed: Observation, pace: float, turn: float) -> Task:
 def _turned(yaw: float, turn: float) -> float:
     """Return a heading turned to the side on which the hand's last joint has room, rad."""
     return yaw + turn if yaw <= 0.0 else yaw - turn
+
+
+def _nearest(yaw: float, to: float) -> float:
+    """Return a heading, or the opposite one, which grips alike: the one nearer to that of the hand, rad."""
+    return yaw + pi * round((to - yaw) / pi)
 
 
 def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -196,6 +207,10 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _look(observed, pace)
     observed = yield from _search(observed)
     for _ in range(PUSHES):
+        for _ in range(LOOKS_FOR_ROOM):
+            if observed.get("object_free") is not False or _can_be_pushed(observed):
+                break
+            observed = yield act("look", camera="mast")
         if not _can_be_pushed(observed):
             return
         observed = yield from _push(observed, pace)
@@ -222,8 +237,9 @@ def _push(observed: Observation, pace: float) -> Task:
     yield from _over(observed, pace, (x, y, z), CLEARANCE, across)
     yield act("move_tool", target=(x, y, z), yaw=across, speed=NEAR_SPEED)
     yield act("move_tool", target=end, yaw=across, speed=PUSH_SPEED)
+    # Far to the side of the base the joints are too fast for a hand that is.
     high = (end[0], end[1], observed["base_position"][2] + CARRY[2])
-    yield act("move_tool", target=high, yaw=across, speed=_free(observed, pace))
+    yield act("move_tool", target=high, yaw=across, speed=min(RETREAT_SPEED, pace))
     return (yield from _look(observed, pace))
 
 
