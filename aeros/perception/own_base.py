@@ -99,10 +99,12 @@ class CameraShift(NamedTuple):
     Attributes:
         rotation: true axes, as columns, in those of the believed place (3, 3).
         shift: of the eye, in the same axes (3,), m.
+        pixel: size of a pixel of the picture that showed it, on the top, m.
     """
 
     rotation: Matrix
     shift: NDArray[np.float64]
+    pixel: float = 0.0
 
     @property
     def angle(self) -> float:
@@ -182,7 +184,7 @@ def find_camera_shift(picture: DepthPicture, box: SpaceBox) -> CameraShift | Non
     rotation = spin @ level
     place = middle + spin @ (eye - middle) + np.array((u, v, box.upper[2] - height))
     axes = _axes(picture)
-    return CameraShift(axes.T @ rotation @ axes, axes.T @ (place - eye))
+    return CameraShift(axes.T @ rotation @ axes, axes.T @ (place - eye), scale.pixel)
 
 
 def _axes(picture: DepthPicture) -> Matrix:

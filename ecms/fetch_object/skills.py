@@ -46,13 +46,10 @@ LIFT = 0.13
 CLEARANCE = 0.05
 """Height above a grasp or a place to put down from which the approach is slow, m."""
 
-GRASP = 0.012
-"""Height of the grasp above the object's middle, m."""
-
 OPEN = 0.08
 """Fingers wide open, m."""
 
-CLOSED = 0.03
+CLOSED = 0.01
 """Gap the fingers close to when they meet nothing, m: objects are wider."""
 
 GRIP_FORCE = 10.0
@@ -85,8 +82,13 @@ LOOKS = 5
 
 
 def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Tuck the arm and drive to the station; look first where memory expects the object, if not there."""
+    """Tuck the arm and drive to the station; look first where memory expects the object, if not there.
+
+    For an object that the hand cannot hold nothing moves.
+    """
     pace = inputs["hand_speed"]
+    if observed.get("object_fits") is False:
+        return
     observed = yield from _carry(observed, pace)
     if "station_position" not in observed:
         return
@@ -142,7 +144,7 @@ def _grip(observed: Observation, pace: float, turn: float) -> Task:
         return observed
     (x, y, z), yaw = observed["object_position"], _nearest(_turned(observed["object_yaw"], turn), yaw)
     dx, dy, _ = observed.get("object_grip_offset", (0.0, 0.0, 0.0))
-    x, y, grip = x + dx, y + dy, z + (0.0 if observed["object_lying"] else GRASP)
+    x, y, grip = x + dx, y + dy, z + observed["object_grip_height"]
     yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed, pace))
     yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
@@ -181,10 +183,10 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     # From here the mast sees the stand: the place relative to the base, not as far as wheels have slipped,
     # and how high it is.
     observed = yield act("look", camera="mast")
-    if "object_place" not in observed:
+    if "object_place" not in observed or "object_grip_height" not in observed:
         return
     x, y, z = observed["object_place"]
-    grip = z + (0.0 if observed.get("object_lying") is True else GRASP)
+    grip = z + observed["object_grip_height"]
     yield from _over(observed, pace, (x, y, grip), CLEARANCE)
     yield act("move_tool", target=(x, y, grip + 0.001), yaw=0.0, speed=NEAR_SPEED)
     yield act("grip", width=OPEN, force=GRIP_FORCE)
@@ -245,7 +247,8 @@ def _push(observed: Observation, pace: float) -> Task:
 
 def _is_located(observed: Observation) -> bool:
     """Check that every value that pictures give of the object is known."""
-    return all(name in observed for name in ("object_position", "object_yaw", "object_free", "object_lying"))
+    needed = ("object_position", "object_yaw", "object_free", "object_lying", "object_grip_height")
+    return all(name in observed for name in needed)
 
 
 def _search(observed: Observation) -> Task:

@@ -24,6 +24,9 @@ _NEGLIGIBLE: Final = 0.012
 """Greatest distance, m, by which a camera shows a thing 1 m away elsewhere, and stays where it is declared:
 a picture shows that with an error of some 5 mm, and perceivers live with as much."""
 
+_PIXELS: Final = 1.5
+"""The same in pixels, for a camera that is farther away."""
+
 _SAME: Final = 0.008
 """Greatest difference of two shifts of a camera, m at a distance of 1 m, that is of the pictures' noise."""
 
@@ -71,10 +74,11 @@ class CameraPlaces:
             return picture
         seen = depth_picture(picture.depth, (picture.width, picture.height), picture.view)
         found, known = find_camera_shift(seen, box), self._shifts.get(picture.camera)
-        if found is not None and found.distance() <= _NEGLIGIBLE:
+        coarse = 0.0 if found is None else _PIXELS * found.pixel
+        if found is not None and found.distance() <= max(_NEGLIGIBLE, coarse):
             if self._shifts.pop(picture.camera, None) is not None:
                 self._note(picture, None)
-        elif found is not None and (known is None or found.difference(known) > _SAME):
+        elif found is not None and (known is None or found.difference(known) > max(_SAME, coarse)):
             self._shifts[picture.camera] = found
             self._note(picture, found)
         shift = self._shifts.get(picture.camera)
