@@ -125,6 +125,8 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
         return
     if not _in_reach(observed, observed["object_position"]):
         return
+    # From beside the stand the hand's camera sees the carriage, which shows if it is off.
+    yield act("look", camera="hand")
     observed = yield from _grip(observed, pace, 0.0)
     is_lost = observed.get("holding") is False and observed.get("object_free_across") is True
     if is_lost and _is_located(observed) and not observed["object_lying"]:
