@@ -80,7 +80,7 @@ def test_a_surface_has_its_colour_in_any_light_and_no_other(colour: tuple[float,
     assert not has_colour_of(turned, colour).any()
 
 
-def test_a_greyish_surface_is_told_by_its_brightness_and_by_having_no_colour() -> None:
+def test_a_greyish_surface_is_found_by_its_brightness() -> None:
     shades = np.array([[130, 128, 126], [70, 72, 70], [180, 180, 185]], np.uint8)
     others = np.array([[150, 135, 112], [250, 250, 250], [30, 30, 30], [20, 30, 120]], np.uint8)
     assert has_colour_of(shades, (0.5, 0.5, 0.5)).all()
