@@ -19,6 +19,7 @@ from aeros.sim import physics
 from aeros.sim.bullet import body_factory
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.engine import BulletEngine
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.engine.engine import Engine
 from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.engine.world import Image
@@ -56,6 +57,7 @@ class Deviation(NamedTuple):
         light: brightness over that of white light.
         colour_noise: standard deviation of the noise of each colour of a pixel, of 255; None as the site has
         it.
+        after: time from which cameras are turned and moved, s; before it they are where they should be.
     """
 
     turn: Vector3 = (0.0, 0.0, 0.0)
@@ -64,6 +66,7 @@ class Deviation(NamedTuple):
     scale: float = 1.0
     light: float = 1.0
     colour_noise: float | None = None
+    after: float = 0.0
 
 
 DEVIATIONS: Final[Mapping[str, Deviation]] = {
@@ -73,6 +76,7 @@ DEVIATIONS: Final[Mapping[str, Deviation]] = {
     "camera-rolled": Deviation(turn=(0.0, 0.0, 1.0)),
     "camera-moved": Deviation(shift=0.01),
     "camera-knocked": Deviation(turn=(1.0, 1.0, 2.0), shift=0.015),
+    "camera-knocked-in-mid-task": Deviation(turn=(1.0, 1.0, 2.0), shift=0.015, after=14.0),
     "table-higher": Deviation(lift=0.02),
     "table-lower": Deviation(lift=-0.02),
     "things-smaller": Deviation(scale=0.85),
@@ -80,8 +84,10 @@ DEVIATIONS: Final[Mapping[str, Deviation]] = {
     "noisy-pictures": Deviation(colour_noise=10.0),
     "bright-light": Deviation(light=1.3),
     "dim-light": Deviation(light=0.7),
+    "all-at-once": Deviation((1.0, -1.0, 1.0), 0.005, 0.02, 0.85, colour_noise=10.0),
+    "all-at-once-larger": Deviation((-1.0, 1.0, -1.0), 0.005, -0.02, 1.2, colour_noise=10.0),
 }
-"""One deviation each, by name."""
+"""By name: one deviation each, but for the last two."""
 
 _GROUND: Final = "floor"
 """Body that is no table; a scene that is combined has it under a name that ends so."""
@@ -111,11 +117,12 @@ class DeviatingScene(PhysicsScene):
         way = RandomSource(seed).generator("deviation").standard_normal(3)
         x, y, z = (deviation.shift * way / np.linalg.norm(way)).tolist()
         self._shift: Vector3 = (x, y, z)
+        self._timed: PhysicsWorld | None = None
 
     def build(self, engine: Engine, robot: PhysicalRobot, chance: RandomSource) -> None:
         """Implement `PhysicalScene.build`."""
         assert isinstance(engine, BulletEngine)  # noqa: S101  for the type checker
-        world = engine.world
+        world = self._timed = engine.world
         load, scale = body_factory.load_model, self._deviation.scale
         try:
             body_factory.load_model = lambda *given, **named: _load_scaled(scale, *given, **named)
@@ -141,6 +148,8 @@ class DeviatingScene(PhysicsScene):
     def camera(self, name: str) -> Camera:
         """Implement `PhysicalScene.camera`: turned and moved."""
         camera = super().camera(name)
+        if self._timed is not None and self._timed.time < self._deviation.after:
+            return camera
         right, up, ahead = (np.array(axis) for axis in camera_axes(camera))
         for axis, angle in zip((right, up, ahead), self._deviation.turn, strict=True):
             up, ahead = (_turned(way, axis, radians(angle)) for way in (up, ahead))

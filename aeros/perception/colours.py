@@ -20,6 +20,18 @@ Mask = NDArray[np.bool_]
 _DARKEST: Final = 60.0 / 255.0
 """Least value of a pixel whose hue is believed, in [0, 1]."""
 
+_GREYISH: Final = 0.15
+"""Saturation below which a colour has no hue."""
+
+_GREY_SPREAD: Final = 0.12
+"""Greatest saturation of a pixel of a greyish surface, but for noise."""
+
+_BRIGHTNESS: Final = (0.5, 1.5)
+"""Least and greatest brightness of a pixel over that of a greyish surface, in white light and in shade."""
+
+_DARK_NOISE: Final = 0.03
+"""Noise of brightness, which counts where a surface is dark."""
+
 _HUE_TOLERANCE: Final = 20.0
 """Greatest difference of hues of one surface, degrees: coloured light and noise shift them."""
 
@@ -118,11 +130,21 @@ def has_colour_of(rgb: NDArray[Any], colour: Sequence[float]) -> Mask:
 
     Args:
         rgb: colours (…, 3), 0 to 255.
-        colour: the surface's red, green and blue, from 0 to 1; it must not be greyish.
+        colour: the surface's red, green and blue, from 0 to 1.
 
     Returns:
-        Mask (…): hue within 20 degrees of the surface's, and at least half of its saturation.
+        Mask (…): hue within 20 degrees of the surface's, and at least half of its saturation. A surface that
+        is greyish, with a saturation of less than 0.15, has no hue: of such a one, pixels as little coloured
+        that have half to one and a half times its brightness.
     """
-    hue, saturation, _ = (float(one) for one in to_hsv(np.array([colour]) * 255.0)[0])
+    hue, saturation, value = (float(one) for one in to_hsv(np.array([colour]) * 255.0)[0])
+    if saturation < _GREYISH:
+        colours = np.asarray(rgb, np.float64)
+        brightest = colours.max(axis=-1) / 255.0
+        spread = brightest - colours.min(axis=-1) / 255.0
+        low, high = (share * value for share in _BRIGHTNESS)
+        grey: Mask = (brightest >= low - _DARK_NOISE) & (brightest <= high + _DARK_NOISE)
+        grey &= spread <= _GREY_SPREAD * brightest + _DARK_NOISE
+        return grey
     around = ((hue - _HUE_TOLERANCE) % 360.0, (hue + _HUE_TOLERANCE) % 360.0)
     return has_hsv_colour(rgb, around, saturation / 2.0, _DARKEST)

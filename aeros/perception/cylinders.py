@@ -43,7 +43,7 @@ def locate_cylinder(points: Points, radius: float, height: float) -> CylinderPos
     Args:
         points: on the cylinder (n, 3), n ≥ 2, in W, m.
         radius: m.
-        height: m; more than the diameter, so that the two poses differ.
+        height: m; more or less than the diameter, so that the two poses differ.
 
     Returns:
         The cylinder in W.
@@ -53,8 +53,12 @@ def locate_cylinder(points: Points, radius: float, height: float) -> CylinderPos
     level = float(np.median(face[:, 2]))
     along = _principal_direction(face[:, :2])
     low, high = _extent(face[:, :2], along)
-    lies = float((high - low)[0]) > (2.0 * radius + height) / 2.0
-    heading = atan2(along[1], along[0]) if lies else None
+    longer, shorter = sorted((high - low).tolist(), reverse=True)
+    between = (2.0 * radius + height) / 2.0
+    # A flat one that lies is as long as its diameter, and its axis is the shorter side.
+    is_flat = height < 2.0 * radius
+    lies = shorter < between if is_flat else longer > between
+    heading = atan2(along[1], along[0]) + (pi / 2.0 if is_flat else 0.0) if lies else None
     if not lies:
         along = np.array((1.0, 0.0))
         low, high = _extent(face[:, :2], along)

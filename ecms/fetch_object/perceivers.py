@@ -20,13 +20,14 @@ from aeros.perception import (
     believe_height,
     estimate,
     has_colour_of,
-    largest_component,
     locate_box,
     locate_cylinder,
+    separate_parts,
     upper_points,
 )
 
 from .pushes import push_length
+from .sizes import fits_hand, grip_height
 
 Place = tuple[float, float, float]
 
@@ -35,6 +36,18 @@ MIN_PIXELS = 25
 
 MIN_HIT = 4
 """Least number of pixels of something that the forearm, or a finger, would hit."""
+
+GREYISH = 0.15
+"""Saturation below which a colour has no hue: such an object is told by its brightness."""
+
+LARGEST_SCALE = 1.5
+"""Greatest size of a part of a picture over that of the object that it may be."""
+
+CARRIAGE_RADIUS, FLOOR_DEPTH = 0.35, 0.28
+"""Radius of the carriage around the arm's base, and depth below it of what is on the floor, m."""
+
+HAND_RADIUS, HAND_ABOVE = 0.22, 0.02
+"""Radius around the tool within which the arm is, from that depth below it on, m."""
 
 STILL_WITHIN = 0.05
 """Greatest distance of two places of an object that lies still, m: pictures differ."""
@@ -65,12 +78,12 @@ ASIDES = (0.0, -0.10, 0.10, -0.17, 0.17, -0.25, 0.25)
 PUSH_HALVES = ((0.035, 0.11), (0.046, 0.046))
 """Half of the space that a pushing hand needs, and of its wrist, which may touch objects next to it, m."""
 
-PUSH_START = 0.08
-"""Distance behind a can's middle at which fingers come down to push it, m: 40 mm from its end."""
+PUSH_START = 0.04
+"""Distance behind a can's end at which fingers come down to push it, m."""
 
 PUSH_ASIDE = ((0.0, 0.008, -0.008, 0.016, -0.016, 0.024, -0.024, 0.025, -0.025), (0.027, -0.027))
-"""Lateral offsets from its axis to try, m: at the last ones, which are tried if no other push has room, the
-fingers may slip off the end of a can of 22 mm radius."""
+"""Lateral offsets from its axis, at its end, to try, m: at the last ones, which are tried if no other push
+has room, the fingers may slip off the end of a can of 22 mm radius."""
 
 PUSH_ASKEW = (0.0, 0.12, -0.12, 0.24, -0.24)
 """Angles between the object and the way that it is pushed to try, rad: what it lies against guides it."""
@@ -109,8 +122,8 @@ TOP_POINTS = 25
 SUPPORT_AROUND = (0.03, 0.11)
 """Distances from an object's middle of what it stands on, m."""
 
-SUPPORT_DEPTH = 0.02
-"""Least depth of what an object stands on below its top, m."""
+SUPPORT_DEPTH = 0.5
+"""Least depth of what an object stands on below its top, over the object's height."""
 
 SUPPORT_SHARE, SUPPORT_BIN = 0.2, 0.01
 """Least share of the points around an object that are at the height of what it stands on, and the tolerance
@@ -190,6 +203,18 @@ class Kind(NamedTuple):
     def height(self) -> float:
         """Height as it stands, m."""
         return self.size[-1]
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Length and width, as it stands, m."""
+        if self.shape == "cylinder":
+            return 2.0 * self.size[0], 2.0 * self.size[0]
+        return max(self.size[:2]), min(self.size[:2])
+
+    @property
+    def diagonal(self) -> float:
+        """Greatest distance of two of its points, m."""
+        return hypot(*self.sides, self.height)
 
     @property
     def lying_height(self) -> float:
@@ -286,10 +311,14 @@ def track(view: View) -> Perception:
             "object_detected": None if held is None else held or is_fresh,
         }
         kind, place = _kind(given), _place(given)
-        if kind is not None and place is not None:
-            height = kind.lying_height if given.get("object_lying") is True else kind.height
+        is_lying = given.get("object_lying") is True
+        height = 0.0
+        if kind is not None:
             # A larger one that is put down as low as its kind would be pressed on the stand.
-            height *= given.get("object_scale", 1.0)
+            height = (kind.lying_height if is_lying else kind.height) * given.get("object_scale", 1.0)
+            values["object_fits"] = fits_hand(*kind.sides, kind.height)
+            values["object_grip_height"] = estimate(grip_height(height, is_lying=is_lying), UNCERTAINTY)
+        if kind is not None and place is not None:
             x, y, z = place
             z += given.get("stand_lift", 0.0)
             values["object_place"] = estimate((x, y, z + height / 2.0), UNCERTAINTY)
@@ -396,7 +425,7 @@ def _look(
     Only the mast's camera sees if there is room for a hand around it, and if it is where it belongs.
     """
     points, belongs = picture.points(), _place(given)
-    mask = largest_component(has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands))
+    mask = _find_kind(picture, points, kind, stands, given)
     lift = None if belongs is None or not is_mast else _stand_lift(points[~mask], belongs)
     values: dict[str, tuple[Any, ...] | None] = {} if lift is None else {"stand_lift": (lift, UNCERTAINTY)}
     if int(mask.sum()) < MIN_PIXELS:
@@ -422,7 +451,7 @@ def _look(
     grip = _grip_with_room(higher, beside, found)
     push = None
     if found.axis is not None and grip is None:
-        push = _shortest_push(higher, found.position, found.axis)
+        push = _shortest_push(higher, found.position, found.axis, kind.height / 2.0)
     values["object_free"] = (grip is not None,)
     values["object_free_across"] = (grip is not None and _has_room_across(higher, found, *grip),)
     values["object_grip_offset"] = ((0.0, 0.0, 0.0) if grip is None else grip[1], UNCERTAINTY)
@@ -435,6 +464,36 @@ def _look(
         stands_there = support is not None and abs(support - belongs[2]) < STAND_WITHIN
         values["object_delivered"] = (stands_there and hypot(dx, dy) < DELIVERED_WITHIN,)
     return values
+
+
+def _find_kind(
+    picture: Picture, points: Points, kind: Kind, stands: Points, given: Mapping[str, Any]
+) -> Mask:
+    """Return the largest part of the object's colour that is not larger than the object; empty if none is.
+
+    Robot, carriage and floor are grey, so what is on them counts for no grey object.
+    """
+    mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
+    if max(kind.colour) - min(kind.colour) < GREYISH * max(kind.colour):
+        mask &= _is_off_robot(points, given)
+    parts = sorted(separate_parts(mask, MIN_PIXELS), key=np.count_nonzero, reverse=True)
+    for part in parts:
+        low, high = np.percentile(points[part], (2.0, 98.0), axis=0)
+        if float(np.linalg.norm(high - low)) <= LARGEST_SCALE * kind.diagonal:
+            return part
+    return np.zeros_like(mask)
+
+
+def _is_off_robot(points: Points, given: Mapping[str, Any]) -> Mask:
+    """Return the points that are neither of the robot nor of the floor."""
+    x, y, z = given.get("base_position", (0.0, 0.0, 0.0))
+    u, v, w = given.get("tool_position", (x, y, z))
+    is_off: Mask = np.hypot(points[:, :, 0] - x, points[:, :, 1] - y) > CARRIAGE_RADIUS
+    is_off &= points[:, :, 2] > z - FLOOR_DEPTH
+    # What the hand's own camera sees is below the hand.
+    is_hand = np.hypot(points[:, :, 0] - u, points[:, :, 1] - v) < HAND_RADIUS
+    is_off &= ~(is_hand & (points[:, :, 2] > w - HAND_ABOVE))
+    return is_off
 
 
 def _locate(points: Points, around: Points, kind: Kind) -> tuple[Seen, float | None]:
@@ -453,7 +512,7 @@ def _locate(points: Points, around: Points, kind: Kind) -> tuple[Seen, float | N
     x, y, z = seen.position
     half = float(np.median(upper_points(points)[:, 2])) - z
     level = _level(points, seen.position)
-    support = _support(around, seen.position, level)
+    support = _support(around, seen.position, level - SUPPORT_DEPTH * 2.0 * half)
     if support is None or not SIZES[0] < (level - support) / (2.0 * half) < SIZES[1]:
         return seen, None
     middle = (x, y, (level + support) / 2.0)
@@ -466,10 +525,10 @@ def _level(points: Points, place: Place) -> float:
     return float(np.median(points[np.argsort(away)[:TOP_POINTS]][:, 2]))
 
 
-def _support(points: Points, place: Place, top: float) -> float | None:
+def _support(points: Points, place: Place, below: float) -> float | None:
     """Return the height of what an object at a place stands on: the highest level around it."""
     away = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1])
-    near = (away > SUPPORT_AROUND[0]) & (away < SUPPORT_AROUND[1]) & (points[:, 2] < top - SUPPORT_DEPTH)
+    near = (away > SUPPORT_AROUND[0]) & (away < SUPPORT_AROUND[1]) & (points[:, 2] < below)
     heights = np.sort(points[near][:, 2])
     if len(heights) < MIN_PIXELS:
         return None
@@ -565,20 +624,23 @@ def _has_room_across(points: Points, found: Seen, heading: float, offset: Place)
     return found.axis is None and _has_room(points, (x, y, z), heading + pi / 2.0)
 
 
-def _shortest_push(points: Points, place: Place, axis: float) -> tuple[Place, Place] | None:
+def _shortest_push(points: Points, place: Place, axis: float, half: float) -> tuple[Place, Place] | None:
     """Return start and way of the shortest push along `axis` to where a hand has room.
 
-    The pushing hand has room, too, all along its way. The fingers push as near to the axis as possible.
+    The end that is pushed is `half` of the can's length from its middle, along the axis. The pushing hand has
+    room, too, all along its way. The fingers push as near to the axis as possible.
     """
     x, y, z = place
     for asides, askew in ((one, other) for one in PUSH_ASIDE for other in PUSH_ASKEW):
         for away in np.arange(SEARCH_STEP, SEARCH_RADIUS, SEARCH_STEP).tolist():
-            for way in (axis + askew, axis + askew + pi):
+            for ahead in (axis, axis + pi):
+                way = ahead + askew
                 u, v = cos(way), sin(way)
+                end = (x - half * cos(ahead), y - half * sin(ahead))
                 if not _has_room(points, (x + away * u, y + away * v, z), axis):
                     continue
                 for aside in asides:
-                    start = (x - PUSH_START * u - aside * v, y - PUSH_START * v + aside * u, z)
+                    start = (end[0] - PUSH_START * u - aside * v, end[1] - PUSH_START * v + aside * u, z)
                     if _can_push(points, start, way, push_length(away)):
                         return start, (away * u, away * v, 0.0)
     return None

@@ -6,8 +6,8 @@ AMPLE = 0.06
 APPROACH = 0.06
 """Part of a push that moves nothing, m: the way before contact, and the loss as the object turns."""
 
-LONGEST = 0.18
-"""The longest push, m; a longer way begins with half of it, which turns it along what it lies against."""
+LONGEST = 0.32
+"""The longest push, m; a longer way begins with half of it."""
 
 
 def push_length(distance: float) -> float:

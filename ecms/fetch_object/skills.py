@@ -46,13 +46,10 @@ LIFT = 0.13
 CLEARANCE = 0.05
 """Height above a grasp or a place to put down from which the approach is slow, m."""
 
-GRASP = 0.012
-"""Height of the grasp above the object's middle, m."""
-
 OPEN = 0.08
 """Fingers wide open, m."""
 
-CLOSED = 0.03
+CLOSED = 0.01
 """Gap the fingers close to when they meet nothing, m: objects are wider."""
 
 GRIP_FORCE = 10.0
@@ -64,6 +61,9 @@ SHUT = 0.005
 PUSH_SPEED = 0.05
 """Peak speed of a hand that pushes, m/s: what it pushes may lie against something."""
 
+RETREAT_SPEED = 0.20
+"""Peak speed of a hand that rises after a push, m/s."""
+
 PUSHES = 5
 """Largest number of pushes before the next grasp."""
 
@@ -74,13 +74,21 @@ and the floor around them."""
 ABREAST = 0.3
 """Distance along y within which two places of the base show the same, m."""
 
+LOOKS_FOR_ROOM = 3
+"""Number of further looks for a push: one pixel with noise may seem to be in the way of the hand."""
+
 LOOKS = 5
 """Number of further looks for an object that a picture does not show."""
 
 
 def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Tuck the arm and drive to the station; look first where memory expects the object, if not there."""
+    """Tuck the arm and drive to the station; look first where memory expects the object, if not there.
+
+    For an object that the hand cannot hold nothing moves.
+    """
     pace = inputs["hand_speed"]
+    if observed.get("object_fits") is False:
+        return
     observed = yield from _carry(observed, pace)
     if "station_position" not in observed:
         return
@@ -117,6 +125,8 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
         return
     if not _in_reach(observed, observed["object_position"]):
         return
+    # From beside the stand the hand's camera sees the carriage, which shows if it is off.
+    yield act("look", camera="hand")
     observed = yield from _grip(observed, pace, 0.0)
     is_lost = observed.get("holding") is False and observed.get("object_free_across") is True
     if is_lost and _is_located(observed) and not observed["object_lying"]:
@@ -134,9 +144,9 @@ def _grip(observed: Observation, pace: float, turn: float) -> Task:
             break
     else:
         return observed
-    (x, y, z), yaw = observed["object_position"], _turned(observed["object_yaw"], turn)
+    (x, y, z), yaw = observed["object_position"], _nearest(_turned(observed["object_yaw"], turn), yaw)
     dx, dy, _ = observed.get("object_grip_offset", (0.0, 0.0, 0.0))
-    x, y, grip = x + dx, y + dy, z + (0.0 if observed["object_lying"] else GRASP)
+    x, y, grip = x + dx, y + dy, z + observed["object_grip_height"]
     yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed, pace))
     yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
@@ -147,6 +157,11 @@ def _grip(observed: Observation, pace: float, turn: float) -> Task:
 def _turned(yaw: float, turn: float) -> float:
     """Return a heading turned to the side on which the hand's last joint has room, rad."""
     return yaw + turn if yaw <= 0.0 else yaw - turn
+
+
+def _nearest(yaw: float, to: float) -> float:
+    """Return a heading, or the opposite one, which grips alike: the one nearer to that of the hand, rad."""
+    return yaw + pi * round((to - yaw) / pi)
 
 
 def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -170,10 +185,10 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     # From here the mast sees the stand: the place relative to the base, not as far as wheels have slipped,
     # and how high it is.
     observed = yield act("look", camera="mast")
-    if "object_place" not in observed:
+    if "object_place" not in observed or "object_grip_height" not in observed:
         return
     x, y, z = observed["object_place"]
-    grip = z + (0.0 if observed.get("object_lying") is True else GRASP)
+    grip = z + observed["object_grip_height"]
     yield from _over(observed, pace, (x, y, grip), CLEARANCE)
     yield act("move_tool", target=(x, y, grip + 0.001), yaw=0.0, speed=NEAR_SPEED)
     yield act("grip", width=OPEN, force=GRIP_FORCE)
@@ -196,6 +211,10 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _look(observed, pace)
     observed = yield from _search(observed)
     for _ in range(PUSHES):
+        for _ in range(LOOKS_FOR_ROOM):
+            if observed.get("object_free") is not False or _can_be_pushed(observed):
+                break
+            observed = yield act("look", camera="mast")
         if not _can_be_pushed(observed):
             return
         observed = yield from _push(observed, pace)
@@ -222,14 +241,16 @@ def _push(observed: Observation, pace: float) -> Task:
     yield from _over(observed, pace, (x, y, z), CLEARANCE, across)
     yield act("move_tool", target=(x, y, z), yaw=across, speed=NEAR_SPEED)
     yield act("move_tool", target=end, yaw=across, speed=PUSH_SPEED)
+    # Far to the side of the base the joints are too fast for a hand that is.
     high = (end[0], end[1], observed["base_position"][2] + CARRY[2])
-    yield act("move_tool", target=high, yaw=across, speed=_free(observed, pace))
+    yield act("move_tool", target=high, yaw=across, speed=min(RETREAT_SPEED, pace))
     return (yield from _look(observed, pace))
 
 
 def _is_located(observed: Observation) -> bool:
     """Check that every value that pictures give of the object is known."""
-    return all(name in observed for name in ("object_position", "object_yaw", "object_free", "object_lying"))
+    needed = ("object_position", "object_yaw", "object_free", "object_lying", "object_grip_height")
+    return all(name in observed for name in needed)
 
 
 def _search(observed: Observation) -> Task:

@@ -42,7 +42,7 @@ CLOSED_MIDDLE, CLOSED_ROOM = (HINGE_TO_PLATE, 0.0, 0.011), (0.05, 0.05, 0.04)
 """Middle of a closed wrapper from its hinge, along, across and up, and half of the room that it is looked for
 in, m."""
 
-OFF_SIDE = 0.02
+OFF_SIDE = 0.03
 """Greatest distance of a wrapper in a picture from the side from where it was seen from above, m."""
 
 NEAR_BENCH = 0.045

@@ -59,7 +59,7 @@ class Robot:
     def observed(self) -> dict[str, Any]:
         """All that the module's skills see, by its names."""
         seen = self._sees.observe(self.plant.observe(), self.plant.now())
-        assert not self.failures
+        assert not self.failures, self.failures
         return seen
 
     def do(self, kind: str, **parameters: Any) -> MotionCompletion:

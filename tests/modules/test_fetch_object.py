@@ -542,6 +542,7 @@ def test_an_object_that_the_fingers_miss_is_gripped_once_more_by_its_other_sides
         "object_position": (0.5, 0.0, 0.1),
         "object_yaw": 0.3,
         "object_free": True,
+        "object_grip_height": 0.012,
         "object_free_across": True,
         "object_lying": False,
     }

@@ -106,6 +106,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "object_searched": 0.4,
     "object_distance": 0.6,
     "object_grip_offset": (0.0, 0.0, 0.0),
+    "object_grip_height": 0.012,
     "object_push_start": (1.7, 0.1, 0.4),
     "object_push_way": (0.1, 0.05, 0.0),
 }

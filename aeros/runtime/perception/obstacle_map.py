@@ -8,23 +8,20 @@ free, or something of another size there. While something hides it, it stays.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterator, Mapping
 from itertools import product
 from math import inf
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
-from aeros.runtime.ports import CameraPicture, JointVector, Obstacle, Reading, Readings, RobotBody, Vec3
+from aeros.runtime.perception.posture_log import PostureLog, value_of
+from aeros.runtime.ports import CameraPicture, Obstacle, Readings, RobotBody, Vec3
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.model.motion import MotionPolicy, ObstaclePolicy
 
 if TYPE_CHECKING:
     from aeros.perception.obstacles import DepthPicture, KnownThings, SpaceBox
-
-_POSTURE_TICKS: Final = 240
-"""Number of control ticks whose postures are kept: a picture arrives after exposure, read-out and delay."""
 
 _SHOWN: Final = 0.3
 """Least share of an obstacle's space that a picture must show to say anything of it."""
@@ -40,26 +37,17 @@ _SAME_PLACE: Final = 0.01
 
 
 class ObstacleMap:
-    """The obstacles that are known, under one motion policy with obstacles."""
+    """The obstacles that are known, under one motion policy with obstacles.
 
-    def __init__(self) -> None:
-        self._postures: deque[tuple[float, JointVector, Vec3]] = deque(maxlen=_POSTURE_TICKS)
+    Args:
+        postures: of the robot, as it was when a picture was taken.
+    """
+
+    def __init__(self, postures: PostureLog) -> None:
+        self._postures = postures
         self._known: list[Obstacle] = []
         self._looked_at: dict[str, float] = {}
         self._count = 0
-
-    def note_posture(self, policy: MotionPolicy, now: float, measured: Mapping[str, Any]) -> None:
-        """Remember where the robot is, for a picture that is taken now.
-
-        Args:
-            policy: names the variables that measure it.
-            now: plant time, s.
-            measured: measured values or readings by name.
-        """
-        joints = _value_of(measured.get(policy.start_variable))
-        base = None if policy.base_variable is None else _value_of(measured.get(policy.base_variable))
-        if joints is not None:
-            self._postures.append((now, joints, (0.0, 0.0, 0.0) if base is None else base))
 
     def look(
         self,
@@ -178,14 +166,15 @@ class ObstacleMap:
         from aeros.perception.obstacles import KnownThings
 
         objects, within = list(_explained(configuration, readings, time)), float(policy.explained_within)
-        if not self._postures:
+        posture = self._postures.at(time)
+        if posture is None:
             return KnownThings(objects, (), (), within)
-        _, joints, base = min(self._postures, key=lambda one: abs(one[0] - time))
+        _, joints, base = posture
         frames = ForwardKinematics(body, joints).frames
         balls = [(_add(frames[ball.joint].to_base(ball.centre), base), ball.radius) for ball in body.balls]
         moving = (one for one in motion.barriers if one.is_in_base_frame and not one.keep_inside)
         own = [_moved(barrier.box, base) for barrier in moving]
-        if motion.held is not None and _value_of(readings.get(motion.held.variable)) is not False:
+        if motion.held is not None and value_of(readings.get(motion.held.variable)) is not False:
             corners = product(*zip(motion.held.box.lower, motion.held.box.upper, strict=True))
             places = [
                 _add(frames[-1].to_base(_add(body.tool_offset, (float(x), float(y), float(z)))), base)
@@ -204,10 +193,6 @@ def _explained(configuration: Configuration, readings: Readings, time: float) ->
                 continue
             if time - reading.time <= float(declared.max_age):
                 yield _moved(declared.occupies, reading.value)
-
-
-def _value_of(measured: Any) -> Any:
-    return measured.value if isinstance(measured, Reading) else measured
 
 
 def _moved(box: AxisAlignedBox, by: Vec3) -> SpaceBox:

@@ -6,8 +6,11 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.perception.camera_places import CameraPlaces
 from aeros.runtime.perception.obstacle_map import ObstacleMap
+from aeros.runtime.perception.posture_log import PostureLog
 from aeros.runtime.ports import (
+    CameraPicture,
     Monitor,
     Obstacle,
     PlannedMotion,
@@ -18,6 +21,7 @@ from aeros.runtime.ports import (
     announce_stop,
     newest_pictures,
 )
+from aeros.runtime.records.failed_measurements import RecordEvent
 from aeros.skill import Action
 from aeros.spec.model.motion import MotionPolicy
 
@@ -30,12 +34,15 @@ class ObstacleWatch:
 
     Args:
         plant: takes the pictures, and states the robot's body with its plans.
+        record: writes events of cameras into the audit record.
     """
 
-    def __init__(self, plant: Plant) -> None:
+    def __init__(self, plant: Plant, record: RecordEvent) -> None:
         self._plant = plant
         self._configuration: Configuration | None = None
-        self._map = ObstacleMap()
+        self._postures = PostureLog()
+        self._cameras = CameraPlaces(self._postures, record)
+        self._map = ObstacleMap(self._postures)
         self._body: RobotBody | None = None
 
     def set_configuration(self, configuration: Configuration) -> None:
@@ -63,6 +70,25 @@ class ObstacleWatch:
         if type(plan) is Trajectory:
             self._body = plan.body
 
+    def note_posture(self, readings: Readings) -> None:
+        """Remember where the robot is, for a picture that is taken now.
+
+        Args:
+            readings: readings of the plant, now.
+        """
+        motion = self._motion()
+        if motion is not None:
+            self._postures.note(motion, self._plant.now(), readings)
+
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest pictures of the plant, with the true places of their cameras, if those are seen.
+
+        Returns:
+            The pictures by camera; empty if it has none.
+        """
+        pictures, motion = newest_pictures(self._plant), self._motion()
+        return pictures if motion is None else self._cameras.place(pictures, motion)
+
     def look(self, readings: Readings, values: Readings) -> None:
         """Look at the pictures that are new.
 
@@ -73,10 +99,9 @@ class ObstacleWatch:
         motion = self._motion()
         if motion is None or self._configuration is None:
             return
-        pictures = newest_pictures(self._plant)
+        pictures = self.pictures()
         if not pictures:
             return
-        self._map.note_posture(motion, self._plant.now(), readings)
         body = self._robot_body(motion, readings)
         if body is not None:
             self._map.look(self._configuration, pictures, {**readings, **values}, body)
@@ -91,7 +116,7 @@ class ObstacleWatch:
             The monitor for the next advance.
         """
         motion = self._motion()
-        return monitor if motion is None else _PostureMonitor(monitor, self._map, motion)
+        return monitor if motion is None else _PostureMonitor(monitor, self._postures, motion)
 
     def _motion(self) -> MotionPolicy | None:
         """Return the motion policy in force if it looks for obstacles."""
@@ -112,12 +137,12 @@ class ObstacleWatch:
 class _PostureMonitor:
     """A monitor that also notes at every tick where the robot is."""
 
-    def __init__(self, monitor: Monitor, obstacles: ObstacleMap, motion: MotionPolicy) -> None:
-        self._monitor, self._obstacles, self._motion = monitor, obstacles, motion
+    def __init__(self, monitor: Monitor, postures: PostureLog, motion: MotionPolicy) -> None:
+        self._monitor, self._postures, self._motion = monitor, postures, motion
 
     def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
         answer = self._monitor(now, measured)
-        self._obstacles.note_posture(self._motion, now, measured)
+        self._postures.note(self._motion, now, measured)
         return answer
 
     def begin_stop(self, reason: str, now: float) -> None:

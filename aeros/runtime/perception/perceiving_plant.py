@@ -33,7 +33,6 @@ from aeros.runtime.ports import (
     Readings,
     announce_parameters,
     announce_stop,
-    newest_pictures,
     plan_sequence,
 )
 from aeros.runtime.records.failed_measurements import RecordEvent
@@ -93,7 +92,7 @@ class PerceivingPlant:
         self._definitions: dict[str, ActiveDefinition] = {}
         self._defined: dict[str, Reading] = {}
         self._in_invariants: frozenset[str] = frozenset()
-        self._obstacle_watch = ObstacleWatch(plant)
+        self._obstacle_watch = ObstacleWatch(plant, record)
         self._is_advancing = False
         self._under_way: set[MotionHandle] = set()
         self._perceived: set[str] = set()
@@ -110,6 +109,7 @@ class PerceivingPlant:
         readings = self._plant.observe()
         if not self._is_advancing and not (self.runs_in_real_time and self._under_way):
             self._follow_configuration()
+            self._obstacle_watch.note_posture(readings)
             self._modelled.update(name.partition(".")[0] for name in readings.keys() & self._perceived)
             self._update(readings)
             self._obstacle_watch.look(readings, self._values())
@@ -153,9 +153,9 @@ class PerceivingPlant:
         """Return the newest pictures of the plant; see `newest_pictures`.
 
         Returns:
-            The pictures by camera; empty if it has none.
+            The pictures by camera, with the cameras where a picture shows them to be; empty if it has none.
         """
-        return newest_pictures(self._plant)
+        return self._obstacle_watch.pictures()
 
     def obstacles(self) -> tuple[Obstacle, ...]:
         """Return what the pictures show and nobody declared, as of the latest `observe`.

@@ -78,3 +78,12 @@ def test_a_surface_has_its_colour_in_any_light_and_no_other(colour: tuple[float,
     grey, turned = np.array([[128, 128, 128], [20, 20, 20]], np.uint8), shades[:, [1, 2, 0]]
     assert not has_colour_of(grey, colour).any()
     assert not has_colour_of(turned, colour).any()
+
+
+def test_a_greyish_surface_is_found_by_its_brightness() -> None:
+    shades = np.array([[130, 128, 126], [70, 72, 70], [180, 180, 185]], np.uint8)
+    others = np.array([[150, 135, 112], [250, 250, 250], [30, 30, 30], [20, 30, 120]], np.uint8)
+    assert has_colour_of(shades, (0.5, 0.5, 0.5)).all()
+    assert not has_colour_of(others, (0.5, 0.5, 0.5)).any()
+    assert has_colour_of(np.array([[8, 14, 10], [20, 18, 15]], np.uint8), (0.05, 0.05, 0.05)).all()
+    assert not has_colour_of(shades, (0.05, 0.05, 0.05)).any()

@@ -75,3 +75,22 @@ def test_noise_of_depth_does_not_raise_a_lying_cylinder_or_tip_a_standing_one(
         assert found.top == pytest.approx(2.0 * radius if lies else height, abs=0.001 + 2.5 * sigma)
         if lies:
             assert found.axis == pytest.approx(0.0, abs=0.1 + 20.0 * sigma)
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.4, -1.2])
+def test_a_flat_cylinder_stands_as_a_disc_and_lies_as_a_strip_across_its_axis(heading: float) -> None:
+    radius, height = 0.03, 0.025
+    u, v = (part.ravel() for part in np.meshgrid(*2 * [np.linspace(-radius, radius, 21)]))
+    disc = np.hypot(u, v) <= radius
+    standing = np.column_stack((0.5 + u[disc], 0.1 + v[disc], np.full(disc.sum(), height)))
+    assert locate_cylinder(standing, radius, height).heading is None
+    along, angle = (
+        part.ravel()
+        for part in np.meshgrid(np.linspace(-height / 2, height / 2, 9), np.linspace(0.0, pi, 41))
+    )
+    across, up = radius * np.cos(angle), radius * (1.0 + np.sin(angle))
+    c, s = cos(heading), sin(heading)
+    lying = np.column_stack((0.5 + c * along - s * across, 0.1 + s * along + c * across, up))
+    found = locate_cylinder(lying, radius, height)
+    assert found.axis is not None
+    assert abs(wrap_heading(found.axis - heading, pi)) < 0.1

@@ -13,6 +13,7 @@ import pytest
 from aeros.perception.obstacles import DepthPicture, SpaceBox
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.perception.obstacle_map import ObstacleMap
+from aeros.runtime.perception.posture_log import PostureLog
 from aeros.runtime.ports import Ball, CameraPicture, CameraView, Obstacle, Reading, RobotBody
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.model.motion import MotionPolicy
@@ -51,7 +52,8 @@ class Map:
     """A map that looks at pictures of one camera."""
 
     def __init__(self, body: RobotBody = NO_BODY, configuration: Configuration | None = None) -> None:
-        self.map, self.body = ObstacleMap(), body
+        self.postures = PostureLog()
+        self.map, self.body = ObstacleMap(self.postures), body
         self.configuration = configuration or configured()
         self.time = 0.0
 
@@ -59,9 +61,7 @@ class Map:
         self, picture: DepthPicture, camera: str = "overhead", readings: Mapping[str, Any] | None = None
     ) -> list[Obstacle]:
         self.time += 1.0
-        self.map.note_posture(
-            motion(), self.time, {"joint_position": JOINTS, "base_position": (0.0, 0.0, 0.0)}
-        )
+        self.postures.note(motion(), self.time, {"joint_position": JOINTS, "base_position": (0.0, 0.0, 0.0)})
         pictures = {camera: taken(picture, self.time, camera)}
         self.map.look(self.configuration, pictures, readings or FAR, self.body)
         return list(self.map.obstacles())

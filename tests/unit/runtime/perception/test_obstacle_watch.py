@@ -33,11 +33,12 @@ class Setting:
         self.plant = CameraPlant()
         self.plant.taken = {"overhead": taken(seen(CUBE), 1.0)}
         self.plant.planned = PLAN
-        self.watch = ObstacleWatch(self.plant)
+        self.watch = ObstacleWatch(self.plant, lambda *_: None)
         if configuration is not None:
             self.watch.set_configuration(configuration)
 
     def names(self) -> list[str]:
+        self.watch.note_posture(REST)
         self.watch.look(REST, FAR)
         return [one.name for one in self.watch.obstacles()]
 

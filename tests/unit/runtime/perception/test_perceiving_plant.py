@@ -93,7 +93,7 @@ def test_perceived_values_are_observed_with_the_readings_of_the_plant() -> None:
         "tool_position": Reading(PLACE, 3.0),
         "kettle.water_hot": Reading(True, 2.5),
     }
-    assert setting.plant.pictures() is setting.inner.taken
+    assert setting.plant.pictures() == setting.inner.taken
 
 
 def test_perceivers_see_the_readings_of_the_plant() -> None:

@@ -59,7 +59,7 @@ def test_obstacles_are_looked_for_in_volumes_with_a_surface(tmp_path: Path) -> N
             "error[AE208] malformed-declaration: `least_height` is above 0",
         ),
         (
-            ("greatest_height: 240 mm", "greatest_height: 70 mm"),
+            ("greatest_height: 240 mm", "greatest_height: 40 mm"),
             "error[AE208] malformed-declaration: `greatest_height` is above `least_height`",
         ),
         (
