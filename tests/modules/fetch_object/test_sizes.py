@@ -28,7 +28,5 @@ def test_palm_and_fingertips_are_clear_of_every_object_that_the_hand_holds() -> 
         ((0.03, 0.01, 0.03), False),
     ],
 )
-def test_an_object_of_a_wrong_size_does_not_fit(
-    sides: tuple[float, float, float], fits: bool
-) -> None:
+def test_an_object_of_a_wrong_size_does_not_fit(sides: tuple[float, float, float], fits: bool) -> None:
     assert fits_hand(*sides) is fits
