@@ -81,6 +81,7 @@ class TaskPhrases:
                 for one in self.values
                 if one.words[0] in begins
                 and len(one.words) > more_than
+                and not (one.is_place and len(one.words) == 1 and _is_verb_at(words, at))
                 and _stands_at(one.words, words, at, is_perfect=is_perfect, is_verb=False)
             ),
             None,
@@ -218,6 +219,14 @@ def _longest_with_articles(index: _Index, words: Words, at: int) -> int:
         default=0,
     )
     return bare[length - 1] - at + 1 if length else 0
+
+
+def _is_verb_at(words: Words, at: int) -> bool:
+    """Say if a word that may name a side is a verb: `he left the table dirty`, but `on the left the can`."""
+    follows = words[at + 1] if at + 1 < len(words) else ""
+    before = words[at - 1] if at > 0 else ""
+    articles = english.DETERMINERS | english.POSSESSIVES
+    return follows in articles | english.PRONOUNS and before not in articles
 
 
 def _stands_at(phrase: Words, words: Words, at: int, *, is_perfect: bool, is_verb: bool) -> bool:

@@ -38,6 +38,7 @@ FLOORS = {
     "unseen_10": 0.72,
     "unseen_11": 0.85,
     "unseen_12": 0.5,
+    "unseen_13": 0.45,
     "authors_2": 0.95,
     "authors_3": 0.96,
     "authors_4": 0.97,
