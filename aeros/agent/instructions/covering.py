@@ -13,7 +13,6 @@ from aeros.agent.instructions.lexicon import TaskPhrases, plural_objects, univer
 from aeros.agent.instructions.phrases import Words
 from aeros.spec.diagnostics.codes import quoted
 
-_MIN_ADVERB: Final = 5
 _LOOSE_PARTICLES: Final = frozenset({"across", "along", "over", "round", "through", "up"})
 """Particles that change no verb into its opposite, as `back` and `away` may."""
 _ABOUT: Final = (("for",), ("on",))
@@ -285,8 +284,7 @@ class _Cover(_CoveredWords):
 
     def _unstressed(self, at: int) -> int:
         word = self._words[at]
-        is_adverb = len(word) > _MIN_ADVERB and word.endswith("ly") and word not in english.DOUBTFUL_ADVERBS
-        if is_adverb or word in english.FILLERS or word in english.DETERMINERS:
+        if word in english.FILLERS or word in english.DETERMINERS:
             self._partial += [word] if word in english.PARTIAL_DETERMINERS else []
             return 1
         is_given_up = self._words[at - 1 : at] == ("give",)

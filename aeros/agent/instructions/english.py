@@ -43,7 +43,7 @@ BARRED: Final = frozenset({",", ":", "then", *(word for name in _BARRING for wor
 """Words that no free part of a phrase has."""
 
 
-_OTHER_WORDS: Final = ("no_slips", "no_address", "doubtful_adverbs")
+_OTHER_WORDS: Final = ("no_slips",)
 """Lists of words that instructions do not use, and that are no typing slips."""
 
 # The comments in `english.toml` describe each list.
@@ -129,8 +129,6 @@ BEING: Final = _phrases("being")
 POSITIONS: Final = _words("positions")
 GRASP_VERBS: Final = _words("grasp_verbs")
 NO_SLIPS: Final = frozenset(word for name in _OTHER_WORDS for word in _DATA[name])
-NO_ADDRESS: Final = _words("no_address")
-DOUBTFUL_ADVERBS: Final = _words("doubtful_adverbs")
 BODY: Final = frozenset(_DATA["classes"]["body"])
 CONCLUSIONS: Final = _phrases("conclusions")
 COLOURS: Final = _words("colours")

@@ -41,7 +41,7 @@ from aeros.agent.instructions.refusals import (
 from aeros.agent.instructions.requests import Request, read_request
 from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
 from aeros.agent.instructions.sentences.corrections import without_corrections
-from aeros.agent.instructions.sentences.names import form_of_address, without_names
+from aeros.agent.instructions.sentences.names import without_names
 from aeros.agent.instructions.spelling import unknown_words, without_slips
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
@@ -77,33 +77,18 @@ def understand(
     text, names = without_names(instruction, lambda word: not unknown_words(word, tasks))
     text, slips = without_slips(text, tasks)
     try:
-        meaning = _corrected_meaning(text, tasks)
-        return replace(meaning, instruction=instruction, account=(*names, *slips, *meaning.account))
+        text, corrections = without_corrections(text, tasks, lambda words: _understand(words, tasks))
+        meaning = _understand(text, tasks)
+        account = (*names, *slips, *corrections, *meaning.account)
+        return replace(meaning, instruction=instruction, account=account)
     except (AmbiguousInstructionError, NothingAskedError):
         raise
     except InstructionError as error:
-        address, rest = form_of_address(text, tasks)
-        if rest and (found := _meaning_or_none(rest, tasks)):
-            account = (*names, *slips, f"read {quoted(address)} as a form of address", *found.account)
-            return replace(found, instruction=instruction, account=account)
         refusal, reason = error, error.reason
         unnamed = [word for word in unknown_words(text, tasks) if word not in reason]
         if unnamed:
             refusal = InstructionError(f"{reason}; unknown: {', '.join(map(quoted, unnamed[:8]))}")
         raise _with_inactive(instruction, refusal, inactive()) from refusal
-
-
-def _corrected_meaning(text: str, tasks: Sequence[TaskPhrases]) -> Understanding:
-    text, corrections = without_corrections(text, tasks, lambda words: _understand(words, tasks))
-    meaning = _understand(text, tasks)
-    return replace(meaning, account=(*corrections, *meaning.account))
-
-
-def _meaning_or_none(text: str, tasks: Sequence[TaskPhrases]) -> Understanding | None:
-    try:
-        return _corrected_meaning(text, tasks)
-    except InstructionError:
-        return None
 
 
 def is_task_name(instruction: str, modules: Mapping[str, Ecm]) -> bool:

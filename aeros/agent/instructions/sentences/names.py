@@ -6,11 +6,9 @@ A capital letter within a sentence, and a place where a person may be named, sho
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Final
 
-from aeros.agent.instructions import english
-from aeros.agent.instructions.lexicon import TaskPhrases, words_in
 from aeros.spec.diagnostics.words import normalized_words
 
 _FOR: Final = re.compile(
@@ -52,47 +50,6 @@ _NO_NAMES: Final = frozenset(
     }
 )
 """Words with a capital letter that name a time, or may take back what is asked for."""
-
-
-_ADDRESS: Final = re.compile(r"\s*([^\W\d_]+(?:[ '\u2019-][^\W\d_]+){0,2})\s*[,!]+\s+(?=\S)")
-"""Up to three words before the first pause of an instruction."""
-
-
-def form_of_address(instruction: str, tasks: Sequence[TaskPhrases]) -> tuple[str, str]:
-    """Part a form of address or an exclamation, which no list can hold, from the rest: `Bhaiya, …`.
-
-    Args:
-        instruction: words of the user.
-        tasks: all tasks.
-
-    Returns:
-        The address and the rest; two empty texts if the first words may be about the request: they have a
-        word of a task, of time or place, a negation or the like, or the rest goes on with `and`.
-    """
-    found = _ADDRESS.match(instruction)
-    if found is None:
-        return "", ""
-    words, rest = normalized_words(found[1]), instruction[found.end() :]
-    of_tasks = {
-        word
-        for entry in tasks
-        for phrases in (entry.triggers, entry.objects, tuple(one.words for one in entry.values))
-        for word in words_in(phrases)
-    }
-    doubtful = english.BARRED | english.DETERMINERS | english.PLACES | english.POSITIONS | english.DIRECTIONS
-    doubtful |= (
-        english.POSSESSIVES
-        | english.QUESTIONS
-        | english.NO_ADDRESS
-        | english.DOUBTFUL_ADVERBS
-        | _NO_NAMES
-        | english.SUBJECTS
-        | {"please"}
-    )
-    is_link = english.SEQUENCE.starting(normalized_words(rest)) or english.CONDITIONALS.starting(words)
-    if is_link or not (doubtful | of_tasks).isdisjoint(words):
-        return "", ""
-    return found[1], rest
 
 
 def without_names(instruction: str, is_known: Callable[[str], bool]) -> tuple[str, tuple[str, ...]]:

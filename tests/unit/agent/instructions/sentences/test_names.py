@@ -2,9 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.agent.instructions.lexicon import task_phrases
-from aeros.agent.instructions.sentences.names import form_of_address, without_names
-from tests.unit.agent.instructions.lists.reference import parametric_modules
+from aeros.agent.instructions.sentences.names import without_names
 
 KNOWN = frozenset({"robot", "table", "me", "guests"})
 
@@ -30,28 +28,3 @@ def test_a_word_with_a_capital_is_a_name_where_a_person_may_be_named(text: str, 
     found, account = without_names(text, KNOWN.__contains__)
     assert found == plain
     assert bool(account) == (text != plain)
-
-
-@pytest.mark.parametrize(
-    ("text", "address"),
-    [
-        ("Bhaiya, wipe the table.", "Bhaiya"),
-        ("Righto old mucker! Wipe the table.", "Righto old mucker"),
-        ("Coffee, wipe the table.", ""),
-        ("Tomorrow, wipe the table.", ""),
-        ("Hypothetically, wipe the table.", ""),
-        ("Upstairs, wipe the table.", ""),
-        ("Abort, wipe the table.", ""),
-        ("She goes, wipe the table.", ""),
-        ("A latte, wipe the table.", ""),
-        ("Cushions, and wipe the table.", ""),
-        ("Left, wipe the table.", ""),
-        ("Bhaiya wipe the table.", ""),
-    ],
-)
-def test_words_before_the_first_pause_are_a_form_of_address_if_they_can_be_nothing_else(
-    text: str, address: str
-) -> None:
-    found, rest = form_of_address(text, task_phrases(parametric_modules()))
-    assert found == address
-    assert rest == ("" if not address else "Wipe the table." if "!" in text else "wipe the table.")
