@@ -6,10 +6,10 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, size_bounds, values_by_scalar
+from aeros.spec.expr.lower import lower, scalar_variables, size_bounds, values_by_scalar, values_by_variable
 from aeros.spec.expr.semantics import Value, evaluate
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, VectorType
-from aeros.spec.expr.units import NUMBER
+from aeros.spec.expr.units import LENGTH, NUMBER
 
 REAL = RealType(NUMBER)
 SET = EnumType("Set", ("i", "j"))
@@ -47,11 +47,11 @@ def test_a_bound_variable_keeps_its_member_anywhere_in_a_vector(vector: t.Term, 
 
 @pytest.mark.parametrize(
     "term",
-    [MADE, t.Previously(C), t.Since(C, C, None)],
-    ids=["vector", "before", "since"],
+    [MADE, t.Previously(C), t.Since(C, C, None), t.Component(t.Not(C), 0)],
+    ids=["vector", "before", "since", "component"],
 )
 def test_terms_without_a_scalar_form_are_not_lowered(term: t.Term) -> None:
-    with pytest.raises(AssertionError, match=r"^not a (scalar|condition on one state): "):
+    with pytest.raises(AssertionError, match=r"^not a (scalar|condition on one state|vector): "):
         lower(term)
 
 
@@ -72,3 +72,25 @@ def test_terms_without_a_scalar_form_are_not_lowered(term: t.Term) -> None:
 )
 def test_the_bounds_of_sizes_by_hand(term: t.Term, size: int, height: int) -> None:
     assert size_bounds(term) == (size, height)
+
+
+def test_values_are_split_into_scalars_and_put_together_again() -> None:
+    place = t.Variable("place", VectorType(LENGTH), t.VariableRole.STATE)
+    scalars = (*scalar_variables(place), *scalar_variables(F), *scalar_variables(C))
+    assert [(one.name, one.type) for one in scalars] == [
+        *((f"place.{axis}", RealType(LENGTH)) for axis in "xyz"),
+        ("f[i]", REAL),
+        ("f[j]", REAL),
+        ("c", BOOL),
+    ]
+    env: dict[str, Value] = {
+        "place": tuple(map(Fraction, (1, 2, 3))),
+        "f": (Fraction(4), Fraction(5)),
+        "c": True,
+    }
+    variables = {"place": place, "f": F, "c": C}
+    values = values_by_scalar(variables, env)
+    assert list(values) == [one.name for one in scalars]
+    assert values_by_variable(variables.values(), values) == env
+    with pytest.raises(ValueError, match="argument 2 is shorter"):
+        values_by_scalar({"place": place}, {"place": (Fraction(1), Fraction(2))})
