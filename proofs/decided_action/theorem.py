@@ -72,7 +72,7 @@ class _Pipeline:
         kinds = {name: SimpleNamespace(protective=ask("stops")) for name in ("asked", "reduced")}
         pipeline._configuration = SimpleNamespace(site=SimpleNamespace(kinds=kinds), digest="digest")
         pipeline._plant = SimpleNamespace(observe=self._observe, now=self._clock, plan=self._planned)
-        pipeline._histories = SimpleNamespace(update=lambda measured, _: measured)
+        pipeline._histories = SimpleNamespace(names=())
         pipeline._usage = SimpleNamespace(usage_at=self._usage)
         pipeline._gate = SimpleNamespace(decide=self._decide, decide_jointly=self._decide_jointly)
         pipeline._motions = SimpleNamespace(covers_kind=lambda _: ask("covered"), decide=self._decide_motion)

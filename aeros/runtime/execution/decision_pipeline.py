@@ -24,7 +24,7 @@ from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.motion.merged import ConcurrentMotion, concurrent_motions
 from aeros.runtime.motion.trajectory import MotionDecider
-from aeros.runtime.ports import PlannedMotion, Plant, Readings, Trajectory, known_obstacles
+from aeros.runtime.ports import PlannedMotion, Plant, Readings, Snapshot, Trajectory, known_obstacles
 from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder
 from aeros.runtime.records.obstacle_json import obstacles_to_json
 from aeros.runtime.records.records import (
@@ -126,7 +126,7 @@ class DecisionPipeline:
         # Readings before the clock, so that no reading is younger than `now`.
         measured = self._plant.observe()
         now = self._plant.now()
-        readings = self._histories.update(measured, now)
+        readings = self._histories.update(measured, now) if self._histories.names else _kept(measured)
         try:
             gated, usage = self._decide_alone(caller, readings, requested_action, now)
             self._latest = None if usage is None else (readings, now, usage)
@@ -258,3 +258,8 @@ class DecisionPipeline:
     def _is_protective(self, decision: Decision) -> bool:
         action = decision.action
         return action is not None and self._configuration.site.kinds[action.kind].protective
+
+
+def _kept(readings: Readings) -> Readings:
+    """Return readings that do not change when the plant measures again."""
+    return readings if type(readings) is Snapshot else dict(readings)

@@ -152,6 +152,8 @@ class StepControl:
 
     def _with_site_names(self, ecm: Ecm, action: Action) -> Action:
         """Give an action the site's names for what its module needs; the gate decides only these."""
+        if not ecm.names.kinds and not ecm.names.cameras:
+            return action
         kind = ecm.names.kinds.get(action.kind, action.kind)
         declared = self._followed.configuration.site.kinds.get(kind)
         parameters = action.parameters

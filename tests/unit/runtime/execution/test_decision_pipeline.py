@@ -19,7 +19,7 @@ from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
 from aeros.runtime.gate.gate import GateDisagreementError
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.motion.trajectory import OBSTRUCTED
-from aeros.runtime.ports import Plant, Reading, RobotBody, Trajectory
+from aeros.runtime.ports import ColumnNames, Plant, Reading, RobotBody, Snapshot, Trajectory
 from aeros.runtime.records.obstacle_json import obstacles_to_json
 from aeros.runtime.records.records import body_to_json, motion_to_json
 from aeros.sim.fake import FakePlant
@@ -262,6 +262,11 @@ def test_a_decision_keeps_the_readings_that_it_was_made_on(
     shared["holding"] = Reading(True, 1.0)
     assert decided is not None
     assert decided.readings == {"holding": Reading(False, 0.0)}
+    moment = Snapshot(ColumnNames(["holding"]), (True,), desk.plant.now())
+    monkeypatch.setattr(desk.plant, "observe", lambda: moment)
+    at_once = desk.decide().active_action
+    assert at_once is not None
+    assert at_once.readings is moment, "a snapshot never changes, so it is not copied"
 
 
 def test_a_whole_motion_is_decided_beside_obstacles_and_recorded_with_them(tmp_path: Path) -> None:

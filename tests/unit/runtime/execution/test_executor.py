@@ -299,7 +299,7 @@ def test_certificates_are_those_of_the_configuration(cart: MakeCart) -> None:
 
 def test_an_action_has_the_names_of_the_site_for_what_its_module_needs(cart: MakeCart) -> None:
     module = configuration().modules["cart"]
-    names = replace(module.names, kinds={"go": "move"}, cameras={"eye": "overhead"})
+    names = replace(module.names, kinds={"go": "move"})
     under = replace(configuration(), modules={"cart": replace(module, names=names)})
     one = cart(under=under, reach=asking(act("go", speed=0.25), move()))
     assert one.executor.run_step(StepRequest("cart", "reach", {})).status is StepStatus.FINISHED
@@ -419,7 +419,7 @@ def test_perceivers_are_steered_by_the_agent_and_closed_at_the_end(
         ]
 
 
-def test_what_changed_while_the_skill_computed_is_in_force_when_its_action_is_decided(cart: MakeCart) -> None:
+def test_a_change_while_the_skill_computes_is_in_force_for_its_action(cart: MakeCart) -> None:
     class Changing(Operator):
         def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
             if self.generation == 0:

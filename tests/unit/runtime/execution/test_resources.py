@@ -134,7 +134,7 @@ def test_nobody_asks_twice() -> None:
         manager.enqueue(1, ())
 
 
-def test_what_several_steps_wait_for_is_kept_for_them_until_they_go() -> None:
+def test_resources_that_several_steps_await_are_kept_for_them_until_they_go() -> None:
     manager = ResourceQueue({"arm": 1, "camera": 1, "wheels": 1})
     for who, needs in enumerate([{"arm"}, {"wheels"}, {"arm", "camera"}, {"wheels"}, {"camera"}]):
         manager.enqueue(who, needs)

@@ -6,7 +6,14 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, scalar_variables, size_bounds, values_by_scalar, values_by_variable
+from aeros.spec.expr.lower import (
+    _real_type,
+    lower,
+    scalar_variables,
+    size_bounds,
+    values_by_scalar,
+    values_by_variable,
+)
 from aeros.spec.expr.semantics import Value, evaluate
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
@@ -94,3 +101,10 @@ def test_values_are_split_into_scalars_and_put_together_again() -> None:
     assert values_by_variable(variables.values(), values) == env
     with pytest.raises(ValueError, match="argument 2 is shorter"):
         values_by_scalar({"place": place}, {"place": (Fraction(1), Fraction(2))})
+
+
+def test_only_an_expression_of_reals_has_the_type_of_a_constant() -> None:
+    two = t.Literal(Fraction(2), RealType(LENGTH))
+    assert _real_type(t.Multiply(two, t.Absolute(two))) == RealType(LENGTH**2)
+    with pytest.raises(AssertionError, match=r"^not a constant real: "):
+        _real_type(C)
