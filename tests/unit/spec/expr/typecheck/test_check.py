@@ -365,3 +365,13 @@ def test_a_constant_condition_is_folded() -> None:
     assert lower(term_of("a or 1 < 2")) == t.TRUE
     assert lower(term_of("a and true")) == SCOPE.variables["a"]
     assert term_of("a", BOOL) == SCOPE.variables["a"]
+
+
+@pytest.mark.parametrize(
+    ("text", "cure"),
+    [("2", "write its unit after it, as in `2 m/s`"), ("2 * 3", None), ("2 m", None), ("k", None)],
+)
+def test_a_bare_number_is_cured_by_its_unit(text: str, cure: str | None) -> None:
+    with pytest.raises(ExpressionTypeError) as raised:
+        term_of(text, SPEED)
+    assert raised.value.cure == cure
