@@ -43,12 +43,13 @@ VECTORS: dict[str, t.Term] = {
 @pytest.mark.parametrize("vector", VECTORS.values(), ids=VECTORS)
 def test_a_bound_variable_keeps_its_member_anywhere_in_a_vector(vector: t.Term, axis: int) -> None:
     sum_ = t.Aggregate("sum", E, t.Component(vector, axis))
+    count = t.Aggregate("count", E, t.Compare("==", t.Component(vector, axis), CHOSEN))
     same = t.Quantified("any", E, t.Compare("==", vector, P))
     other = t.Quantified("all", E, t.Compare("==", P, vector))
     for c, f in itertools.product((False, True), itertools.product((Fraction(1), Fraction(2)), repeat=2)):
         for p in itertools.product((Fraction(1), Fraction(2)), repeat=3):
             env: dict[str, Value] = {"p": p, "f": f, "c": c}
-            for term in (sum_, same, other):
+            for term in (sum_, count, same, other):
                 assert evaluate(lower(term), values_by_scalar(VARIABLES, env)) == evaluate(term, env)
 
 
@@ -108,3 +109,16 @@ def test_only_an_expression_of_reals_has_the_type_of_a_constant() -> None:
     assert _real_type(t.Multiply(two, t.Absolute(two))) == RealType(LENGTH**2)
     with pytest.raises(AssertionError, match=r"^not a constant real: "):
         _real_type(C)
+
+
+def test_a_sum_over_many_members_is_no_higher_than_its_bound() -> None:
+    many = EnumType("Many", tuple(f"m{number}" for number in range(64)))
+    each = t.BoundVariable("e", many)
+    total = t.Aggregate(
+        "sum", each, t.Select(t.Variable("g", FamilyType(many, REAL), t.VariableRole.STATE), each)
+    )
+
+    def height(term: t.Term) -> int:
+        return 1 + max(map(height, t.children(term)), default=0)
+
+    assert height(lower(total)) == 7 <= size_bounds(total)[1]

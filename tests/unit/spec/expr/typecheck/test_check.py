@@ -375,6 +375,10 @@ def test_a_bare_number_is_cured_by_its_unit(text: str, cure: str | None) -> None
     with pytest.raises(ExpressionTypeError) as raised:
         term_of(text, SPEED)
     assert raised.value.cure == cure
+    if cure is not None:
+        with pytest.raises(ExpressionTypeError) as in_metres:
+            term_of(text, RealType(LENGTH))
+        assert in_metres.value.cure == "write its unit after it, as in `2 km`"
 
 
 @pytest.mark.parametrize(
