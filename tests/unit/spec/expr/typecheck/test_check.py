@@ -317,6 +317,7 @@ def test_a_short_text_with_a_huge_scalar_core_is_refused_quickly(text: str) -> N
     with pytest.raises(ExpressionTypeError) as raised:
         term_of(text)
     assert raised.value.code == "AE201"
+    assert raised.value.message == "this expression is too large after its sets and vectors are expanded"
     assert raised.value.cure == "split it into several rules"
     assert (raised.value.extent.start, raised.value.extent.end) == (0, len(text))
     assert time.monotonic() - started < 2
