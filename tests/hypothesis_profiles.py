@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from hypothesis import HealthCheck, settings
 
-PROFILES: Final = {"ci": 1, "nightly": 25}
+PROFILES: Final = {"ci": 0.75, "nightly": 25}
 """Factor by which each profile multiplies the number of examples, dimensionless."""
 
 PROFILE: Final = os.environ.get("AEROS_HYPOTHESIS", "ci")
@@ -25,7 +25,7 @@ def _register_profiles() -> None:
     for name, factor in PROFILES.items():
         settings.register_profile(
             name,
-            max_examples=factor * _DEFAULT_EXAMPLES,
+            max_examples=round(factor * _DEFAULT_EXAMPLES),
             derandomize=name == "ci",
             database=None,
             # Two shared cores make single examples slow now and then; correctness is checked, not time.
@@ -40,13 +40,15 @@ def examples(count: int, **more: Any) -> settings:
     """Make settings for a test that needs more or fewer examples than the profile gives.
 
     Args:
-        count: examples in the profile `ci`; the others multiply it by their factor in `PROFILES`.
+        count: examples, which each profile multiplies by its factor in `PROFILES`.
         more: further settings of Hypothesis. Whether examples are drawn anew is the profile's to say.
 
     Returns:
         The profile's settings with that number of examples and without health checks.
     """
-    return settings(max_examples=PROFILES[PROFILE] * count, suppress_health_check=list(HealthCheck), **more)
+    return settings(
+        max_examples=max(1, round(PROFILES[PROFILE] * count)), suppress_health_check=list(HealthCheck), **more
+    )
 
 
 _register_profiles()

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from aeros.cli.help_text import WrappedEpilog
 from aeros.exit_codes import EXIT_CODES, UsageError
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 
@@ -37,7 +38,7 @@ def add_command(
         name,
         description=description,
         epilog=f"{examples}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=WrappedEpilog,
     )
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import argparse
 import errno
-import importlib
 import io
 import os
 import sys
@@ -14,60 +12,13 @@ from contextlib import suppress
 from itertools import takewhile
 from typing import Final
 
-import aeros
+from aeros.cli.commands import COMMANDS
+from aeros.cli.parsers import parse
 from aeros.cli.terminal import print_diagnostics, safe_streams
-from aeros.exit_codes import EXIT_CODES, Exit, UsageError
+from aeros.exit_codes import Exit, UsageError
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.diagnostics.render import escape_invisible, render_all
 from aeros.spec.migrations.renamed_options import RENAMED_OPTIONS
-
-_COMMANDS: Final[dict[str, tuple[str, str]]] = {
-    "verify": ("author.verify", "prove modules safe under a site's policy"),
-    "prove": ("project.prove", "check the theorems about AEROS itself"),
-    "run": ("run.run", "run an instruction on a plant"),
-    "look": ("author.look", "run a module's perceivers once on a simulated scene, beside the truth"),
-    "tasks": ("run.tasks", "list the tasks that can be asked for, or show how an instruction is understood"),
-    "plan": ("author.plan", "plan for a goal from declared preconditions and outcomes, without running it"),
-    "decide": ("run.decide", "decide action requests, one per line of JSON"),
-    "test": ("author.site_tests.command", "compare decisions and verdicts with those that tests expect"),
-    "diff": ("author.diff", "compare two policies: newly allowed and newly denied actions"),
-    "audit": ("records.audit", "verify, show and replay the audit log of a run"),
-    "report": ("records.report", "write a finished run as one HTML page"),
-    "why": ("records.why", "explain why a run failed, a step was denied or the robot stopped"),
-    "explain": ("author.explain", "explain a diagnostic code"),
-    "graph": ("author.graph", "draw a task's planning rules, its closed loop or a composition"),
-    "predict": ("author.predict", "compute a task's success probability and expected work exactly"),
-    "experiment": ("project.experiment", "run seeded trials and compare them with exact predictions"),
-    "world": ("robot.world", "show what the agent last saw, with its age, and where things usually are"),
-    "memory": ("robot.memory", "show, search, export or delete the agent's memory"),
-    "bundle": ("robot.modules", "pack a module into one file"),
-    "install": ("robot.modules", "install a module on this robot"),
-    "configure": ("robot.modules", "bind what an installed module needs, and set its parameters"),
-    "activate": ("robot.modules", "activate a module so that its skills can run"),
-    "deactivate": ("robot.modules", "deactivate a module so that none of its skills runs"),
-    "remove": ("robot.modules", "uninstall a module"),
-    "list": ("robot.modules", "list the modules installed on this robot"),
-    "policy": ("robot.operator", "set the site policy, or show it"),
-    "block": ("robot.operator", "deny all actions of a module, a skill or an action kind"),
-    "unblock": ("robot.operator", "remove a block"),
-    "repair": ("robot.operator", "put the registry's last recorded change in force again"),
-    "pause": ("robot.operator", "pause: no new action starts until `aeros resume`"),
-    "resume": ("robot.operator", "let actions start again"),
-    "stop": ("robot.operator", "stop all motion and end the run"),
-    "release": ("robot.operator", "lift the quarantine of a crashed agent"),
-    "check-plant": ("robot.check_plant", "check that a plant keeps the promises of its interface"),
-    "top": ("run.top", "show a live view of a run"),
-    "mcp": ("connect.mcp", "serve the robot to MCP clients"),
-    "approve": ("robot.approve", "list and approve requests of MCP clients"),
-    "migrate": ("project.migrate", "rewrite files of older AEROS versions to the current format"),
-    "site": ("author.site", "list the names of a site: volumes, cameras, variables, actions, limits"),
-    "new": ("author.new", "create a new module from a template"),
-    "schema": ("author.schema", "print the JSON Schema of the files that people write, and of reports"),
-}
-"""Module below `aeros.cli` and summary of each command; a module is imported only to run a command of it."""
-
-_SHARED_MODULES: Final = frozenset(("robot.modules", "robot.operator"))
-"""Modules with several commands; their `add_to` also gets the command's name."""
 
 _STDERR: Final = 2  # file descriptor
 
@@ -94,6 +45,8 @@ def main(arguments: Sequence[str] | None = None, *, begin: Callable[[], object] 
     Returns:
         The exit code.
     """
+    # Matrices here are small, and threads of NumPy's linear algebra would only wait for each other.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _replace_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -147,7 +100,7 @@ def _run_command(given: Sequence[str], begin: Callable[[], object] | None) -> in
     if (renamed := _renamed_option(given)) is not None:
         print(f"aeros: option `{renamed[0]}` was renamed; use `{renamed[1]}`", file=sys.stderr)
         return Exit.USAGE
-    parsed = _parser(given).parse_args(given)
+    parsed = parse(given)
     try:
         if begin is not None:
             begin()
@@ -213,30 +166,10 @@ def _print_system_error(error: Exception) -> bool:
 
 def _renamed_option(given: Sequence[str]) -> tuple[str, str] | None:
     """Find an option that has another name now; return its old and its current name."""
-    command = next((word for word in given if word in _COMMANDS), "")
+    command = next((word for word in given if word in COMMANDS), "")
     renamed = RENAMED_OPTIONS.get(command, {})
     names = (word.partition("=")[0] for word in takewhile(lambda word: word != "--", given))
     return next(((name, renamed[name]) for name in names if name in renamed), None)
-
-
-def _parser(given: Sequence[str]) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="aeros",
-        description="Capability packages proved safe before installation, actions decided before motion.",
-        epilog=EXIT_CODES,
-    )
-    parser.add_argument("--version", action="version", version=f"aeros {aeros.__version__}")
-    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    wanted = next((word for word in given if word in _COMMANDS), None)
-    # Only the help of `aeros` itself lists the others, which take longer to make than a small command to run.
-    listed = {wanted: _COMMANDS[wanted]} if wanted is not None and given[0] == wanted else _COMMANDS
-    for name, (module, summary) in listed.items():
-        if name == wanted:
-            add_to = importlib.import_module(f"aeros.cli.{module}").add_to
-            add_to(commands, name) if module in _SHARED_MODULES else add_to(commands)
-        else:
-            commands.add_parser(name, help=summary)
-    return parser
 
 
 if __name__ == "__main__":

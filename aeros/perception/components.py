@@ -21,13 +21,14 @@ def connected_components(mask: Mask) -> tuple[NDArray[np.intp], int]:
     height, width = mask.shape
     # A run is a maximal interval of a row that is in the mask; runs are joined, not pixels.
     edges = np.diff(mask.astype(np.int8), axis=1, prepend=0, append=0)
-    rows, starts = np.nonzero(edges == 1)
-    ends = np.nonzero(edges == -1)[1]
-    root = np.arange(len(rows))
-    first_of_row = np.searchsorted(rows, np.arange(height + 1))
+    run_rows, run_starts = np.nonzero(edges == 1)
+    # Lists, as single elements of arrays take ten times as long.
+    starts, ends = run_starts.tolist(), np.nonzero(edges == -1)[1].tolist()
+    root = list(range(len(starts)))
+    first_of_row = np.searchsorted(run_rows, np.arange(height + 1)).tolist()
     for row in range(1, height):
-        above, last_above = int(first_of_row[row - 1]), int(first_of_row[row])
-        for run in range(int(first_of_row[row]), int(first_of_row[row + 1])):
+        above, last_above = first_of_row[row - 1], first_of_row[row]
+        for run in range(last_above, first_of_row[row + 1]):
             while above < last_above and ends[above] <= starts[run]:
                 above += 1
             near = above
@@ -36,7 +37,7 @@ def connected_components(mask: Mask) -> tuple[NDArray[np.intp], int]:
                 near += 1
     labels = np.zeros((height, width), np.intp)
     numbers: dict[int, int] = {}
-    for run, row in enumerate(rows.tolist()):
+    for run, row in enumerate(run_rows.tolist()):
         number = numbers.setdefault(_root_of(root, run), len(numbers) + 1)
         labels[row, starts[run] : ends[run]] = number
     return labels, len(numbers)
@@ -57,14 +58,14 @@ def largest_component(mask: Mask) -> Mask:
     return np.asarray(labels == 1 + int(np.argmax(sizes))) if count else np.zeros_like(mask)
 
 
-def _root_of(root: NDArray[np.intp], run: int) -> int:
+def _root_of(root: list[int], run: int) -> int:
     while root[run] != run:
         root[run] = root[root[run]]
-        run = int(root[run])
+        run = root[run]
     return run
 
 
-def _join(root: NDArray[np.intp], one: int, other: int) -> None:
+def _join(root: list[int], one: int, other: int) -> None:
     """Join the components of two runs; the first run of a component is its root."""
     first, second = sorted((_root_of(root, one), _root_of(root, other)))
     root[second] = first

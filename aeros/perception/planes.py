@@ -52,15 +52,19 @@ class Plane(NamedTuple):
 def fit_plane(points: Points) -> Plane:
     """Fit a plane to points: the sum of squared distances is least.
 
+    Its normal is the eigenvector of the least eigenvalue of the points' scatter matrix.
     Args:
         points: (n, 3), n ≥ 3, m.
 
     Returns:
         The plane.
     """
-    middle = points.mean(axis=0)
-    normal = np.linalg.svd(points - middle, full_matrices=False)[2][2]
-    off = (points - middle) @ normal
+    middle = (
+        np.ones(len(points)) @ points / len(points)
+    )  # `mean` of a long, narrow array takes ten times as long
+    centred = points - middle
+    normal = np.linalg.eigh(centred.T @ centred).eigenvectors[:, 0]  # eigenvalues ascend
+    off = centred @ normal
     normal = normal if normal[2] > 0.0 else -normal
     return Plane(
         (float(middle[0]), float(middle[1]), float(middle[2])),
@@ -112,15 +116,18 @@ def find_plane(points: Points, tolerance: float, tries: int = 100) -> tuple[Plan
         return None
     chance = np.random.default_rng(_SEED)
     best: NDArray[np.bool_] | None = None
+    most = 0
     for _ in range(tries):
         a, b, c = points[chance.choice(len(points), 3, replace=False)]
         across = np.cross(b - a, c - a)
         size = float(np.linalg.norm(across))
         if size <= 1e-12:
             continue  # the three are in a line
-        near = np.abs((points - a) @ (across / size)) <= tolerance
-        if best is None or int(near.sum()) > int(best.sum()):
-            best = near
+        normal = across / size
+        near = np.abs(points @ normal - a @ normal) <= tolerance
+        count = int(near.sum())
+        if count > most:
+            best, most = near, count
     if best is None:
         return None
     plane = fit_plane(points[best])

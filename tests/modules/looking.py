@@ -91,7 +91,7 @@ def draw(
     for top in tops:
         # Where a ray meets a slope is found step by step: rays are nearly vertical.
         here = np.full_like(depth, height - top.z)
-        for _ in range(8):
+        for _ in range(8 if top.slope else 1):
             x = camera.eye[0] + here * rays[:, :, 0] - top.x
             y = camera.eye[1] + here * rays[:, :, 1] - top.y
             u, v = x * np.cos(top.yaw) + y * np.sin(top.yaw), y * np.cos(top.yaw) - x * np.sin(top.yaw)

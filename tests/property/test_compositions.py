@@ -40,7 +40,7 @@ from aeros.spec.verification.discharge import discharge_obligations
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 
-bounded = examples(100, report_multiple_bugs=False)
+bounded = examples(130, report_multiple_bugs=False)
 
 TEXT = Source("generated", "x" * 1000)
 NAMES = ("p", "q", "r")

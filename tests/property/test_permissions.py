@@ -24,7 +24,7 @@ from tests.property.mix import Mix
 from tests.property.test_verdicts import SPAN
 from tests.unit.agent.dumplings import build
 
-bounded = examples(150)
+bounded = examples(200)
 
 SENSOR_OF = {"seen": "eye", "heard": "ear", "known": None}
 STATE = {

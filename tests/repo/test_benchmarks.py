@@ -23,6 +23,7 @@ def _run(name: str, *more: str) -> Any:
     return json.loads(done.stdout)
 
 
+@pytest.mark.deep
 def test_the_benchmark_of_verify_runs() -> None:
     found = _run("verify")
     assert set(found["reference"]) == {"python -c pass", "python -c 'import z3'", "cold", "warm"}

@@ -17,6 +17,7 @@ from aeros.cli.arguments import (
     existing_path,
     writable_path,
 )
+from aeros.cli.help_text import WrappedEpilog
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.records.show import add_filters, explain_record, format_record, matches_filters
 from aeros.cli.terminal import print_line
@@ -159,7 +160,7 @@ def _add(
         help=summary,
         description=f"`aeros audit {name}`: {summary}.",
         epilog=f"{examples}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=WrappedEpilog,
     )
     if reads_log:
         parser.add_argument("log", type=existing_path, metavar="LOG", help="an audit.jsonl")

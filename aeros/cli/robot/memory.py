@@ -24,6 +24,7 @@ from aeros.agent.memory.deletion import (
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.queries import ContextSummary, EpisodeFilter, SkillSummary, open_memory_reader
 from aeros.cli.arguments import add_command
+from aeros.cli.help_text import WrappedEpilog
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.render import escape_invisible
@@ -100,7 +101,7 @@ def _action(
         help=description,
         description=description,
         epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=WrappedEpilog,
     )
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"

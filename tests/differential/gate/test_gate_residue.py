@@ -80,7 +80,7 @@ def differing(gate: CompiledGate, everything: CompiledGate, requests: Iterable[R
 
 # The shipped modules.
 
-PER_CONDITION = 15 * PROFILES[PROFILE]
+PER_CONDITION = round(15 * PROFILES[PROFILE])
 """Of each condition on the kind."""
 
 MOST_ROUNDINGS = 200

@@ -88,7 +88,7 @@ def test_the_solver_finds_plans_as_short_and_reports_undecided_cases() -> None:
 def test_runs_never_leave_hope_and_every_step_starts_where_it_may() -> None:
     ends = Counter[bool]()
 
-    @examples(80)
+    @examples(110)
     @given(problems(), st.integers(0, 2**32))
     def law(problem: Problem, seed: int) -> None:
         every = Enumeration(problem)

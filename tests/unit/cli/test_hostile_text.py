@@ -12,7 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from aeros.cli.main import _COMMANDS, _parser, main
+from aeros.cli.commands import COMMANDS as ALL_COMMANDS
+from aeros.cli.main import main
+from aeros.cli.parsers import command_parser
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.characters import is_hidden
 
@@ -143,8 +145,8 @@ def test_a_request_with_hostile_text_is_denied_in_plain_text(
 
 def commands() -> Iterator[tuple[list[str], argparse.ArgumentParser]]:
     """Yield every command and subcommand with its parser."""
-    for name in _COMMANDS:
-        parser = subparsers(_parser([name]))[name]
+    for name in ALL_COMMANDS:
+        parser = command_parser(name)
         inner = subparsers(parser)
         yield from (([name, word], one) for word, one in inner.items()) if inner else [([name], parser)]
 

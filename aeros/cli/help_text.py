@@ -1,0 +1,224 @@
+"""Help of the command line: of all commands, of a group, and of one command, short or whole."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shutil
+from collections.abc import Iterable, Sequence
+from textwrap import shorten, wrap
+from typing import Final
+
+from aeros.cli.commands import COMMANDS, GROUPS, OFTEN_USED
+from aeros.exit_codes import EXIT_CODES
+
+MOST_LINES: Final = 39
+"""Greatest number of lines of any help but `aeros help COMMAND`, so that it fits on a screen."""
+
+_EXAMPLES: Final = 5
+"""Greatest number of examples in a short help."""
+
+_NAME_COLUMN: Final = 12
+
+
+def screen_width() -> int:
+    """Measure the terminal.
+
+    Returns:
+        Its width in columns, at least 40.
+    """
+    return max(40, shutil.get_terminal_size().columns)
+
+
+class WrappedEpilog(argparse.RawDescriptionHelpFormatter):
+    """Keeps the lines of description and epilog as they are written, but breaks those that are too wide."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return "\n".join(one for line in text.splitlines() for one in _broken(indent + line, width))
+
+
+def _broken(line: str, width: int) -> list[str]:
+    """Break a line at spaces; what goes on below is indented further than the line."""
+    if len(line) <= width:
+        return [line]
+    indent = " " * (len(line) - len(line.lstrip()))
+    further = indent + "    " if indent else ""
+    return wrap(line, width, subsequent_indent=further, break_long_words=False, break_on_hyphens=False)
+
+
+def all_commands() -> str:
+    """Make the help of `aeros` itself.
+
+    Returns:
+        The help: common commands explained, and all others named by group.
+    """
+    width = screen_width()
+    lines = [
+        "usage: aeros COMMAND ...",
+        "",
+        *wrap("Capability packages proved safe before installation, actions decided before motion.", width),
+        "",
+        "often used:",
+        *(_entry(name, COMMANDS[name].summary, width) for name in OFTEN_USED),
+        "",
+        "all commands:",
+    ]
+    for title, group in GROUPS.items():
+        names = wrap(", ".join(group.commands), width - _NAME_COLUMN - 2, break_on_hyphens=False)
+        lines += [
+            f"  {title if not at else '':{_NAME_COLUMN}}{part}".rstrip() for at, part in enumerate(names)
+        ]
+    lines += [
+        "",
+        "options:",
+        _entry("-h, --help", "show this help message and exit", width, 16),
+        _entry("-V, --version", "show the version and exit", width, 16),
+        "",
+        *wrap(
+            "`aeros help GROUP` says what each command of a group does, `aeros COMMAND --help` how it is "
+            "used, and `aeros help COMMAND` explains each option of it.",
+            width,
+        ),
+        *wrap(EXIT_CODES, width),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def group_help(name: str) -> str:
+    """Make the help of a group.
+
+    Args:
+        name: of the group, one of `GROUPS`.
+
+    Returns:
+        The help: a summary of each of its commands.
+    """
+    group, width = GROUPS[name], screen_width()
+    lines = [*wrap(f"{name}: {group.summary}", width), ""]
+    lines += [_entry(command, entry.summary, width) for command, entry in group.commands.items()]
+    lines += ["", "`aeros COMMAND --help` shows how a command is used."]
+    return "\n".join(lines) + "\n"
+
+
+def short_usage(parser: argparse.ArgumentParser) -> str:
+    """Make one line of usage.
+
+    Args:
+        parser: of the command.
+
+    Returns:
+        The command, `[options]` and its arguments.
+    """
+    words = ["usage:", parser.prog, "[options]"]
+    for action in _arguments(parser):
+        name = _name(action)
+        repeated = {"?": f"[{name}]", "*": f"[{name} ...]", "+": f"{name} [{name} ...]"}
+        words.append(repeated.get(str(action.nargs), name))
+    return " ".join(words)
+
+
+def short_help(parser: argparse.ArgumentParser, whole: str) -> str:
+    """Shorten the help of a command to a screen: options in a line each, the last ones only named.
+
+    Args:
+        parser: of the command.
+        whole: its whole help.
+
+    Returns:
+        The help, at most `MOST_LINES` lines; `whole` where that is no longer.
+    """
+    if whole.count("\n") <= MOST_LINES:
+        return whole
+    width = screen_width()
+    head = [short_usage(parser), "", *wrap(parser.description or "", width), ""]
+    if arguments := [_entry(_name(one), _first_clause(one), width) for one in _arguments(parser)]:
+        head += ["arguments:", *arguments, ""]
+    foot = _first_examples(parser.epilog or "", width)
+    foot += ["", *wrap(EXIT_CODES, width), f"`aeros help {_command_of(parser)}` explains each option."]
+    options = _options(parser)
+    room = MOST_LINES - len(head) - len(foot)
+    for shown in range(len(options), 0, -1):
+        body = ["options:", *_option_lines(options[:shown], width), ""]
+        if names := [one.option_strings[-1] for one in options[shown:]]:
+            body += [*_named("more options", names, width), ""]
+        if len(body) <= room:
+            break
+    return "\n".join(head + body + foot) + "\n"
+
+
+def option_names(parser: argparse.ArgumentParser) -> list[str]:
+    """List the options of a command.
+
+    Args:
+        parser: of the command.
+
+    Returns:
+        All their names.
+    """
+    return [name for option in _options(parser) for name in option.option_strings]
+
+
+def _options(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    # argparse lists them nowhere else.
+    return [one for one in parser._actions if one.option_strings and one.help != argparse.SUPPRESS]
+
+
+def _arguments(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    return [one for one in parser._actions if not one.option_strings]
+
+
+def _command_of(parser: argparse.ArgumentParser) -> str:
+    return parser.prog.removeprefix("aeros ")
+
+
+def _name(action: argparse.Action) -> str:
+    """Return the name that help gives to the value of an argument."""
+    if isinstance(action.metavar, tuple):
+        return action.metavar[0]
+    if action.metavar is not None:
+        return action.metavar
+    if action.choices:
+        return "{" + ",".join(map(str, action.choices)) + "}"
+    return action.dest.upper() if action.option_strings else action.dest
+
+
+def _option_lines(options: Sequence[argparse.Action], width: int) -> Iterable[str]:
+    for option in options:
+        name = ", ".join(option.option_strings)
+        if option.nargs != 0:
+            name += f" {_name(option)}"
+        yield _entry(name, _first_clause(option), width, 26)
+
+
+def _first_clause(action: argparse.Action) -> str:
+    """Return what is written of an argument, up to its first semicolon and without what is in brackets."""
+    text = (action.help or "").replace("%%", "%")
+    return re.sub(r"\s*\([^()]*\)", "", text.partition(";")[0])
+
+
+def _entry(name: str, summary: str, width: int, column: int = _NAME_COLUMN) -> str:
+    head = f"  {name:{column - 1}} "
+    head += "" if head.endswith("  ") else " "
+    return f"{head}{shorten(summary, max(10, width - len(head)), placeholder=' ...')}"
+
+
+def _named(title: str, names: Sequence[str], width: int) -> list[str]:
+    return wrap(
+        f"{title}: {', '.join(names)}", width, subsequent_indent="  ", break_on_hyphens=False,
+        break_long_words=False,
+    )  # fmt: skip
+
+
+def _first_examples(epilog: str, width: int) -> list[str]:
+    """Return the first examples of a command, each with what is below it and indented further."""
+    *_, examples = epilog.partition("examples:\n")
+    kept: list[str] = []
+    count = 0
+    for line in examples.splitlines():
+        if not line.startswith("  "):
+            break
+        count += line.startswith("  aeros ")
+        if count > _EXAMPLES:
+            break
+        kept += _broken(line, width)
+    return ["examples:", *kept] if kept else []

@@ -1,0 +1,176 @@
+"""The parser of the command line: short help, and errors that name what was probably intended."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import re
+import sys
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+from typing import NoReturn
+
+import aeros
+from aeros.cli.commands import COMMANDS, GROUPS, MODULES_OF_SEVERAL
+from aeros.cli.help_text import all_commands, group_help, option_names, short_help, short_usage
+from aeros.exit_codes import Exit
+
+
+class CommandParser(argparse.ArgumentParser):
+    """Parser of one command; its help fits on a screen, and `whole_help` explains everything."""
+
+    def format_usage(self) -> str:
+        """Make one line of usage.
+
+        Returns:
+            The usage.
+        """
+        return f"{short_usage(self)}\n"
+
+    def format_help(self) -> str:
+        """Make the help that fits on a screen.
+
+        Returns:
+            The help.
+        """
+        return short_help(self, self.whole_help())
+
+    def whole_help(self) -> str:
+        """Make the help that explains each option.
+
+        Returns:
+            The help.
+        """
+        return super().format_help()
+
+    def error(self, message: str) -> NoReturn:
+        """Print what is wrong with the command line, with the nearest known word, and end the program.
+
+        Args:
+            message: of argparse.
+        """
+        choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
+        cure = ""
+        if choice is not None:
+            known = [word.strip(" '") for word in choice[2].split(",")]
+            cure = _intended(choice[1], known)
+        self.refuse(message + cure)
+
+    def refuse(self, message: str) -> NoReturn:
+        """Print an error with the usage, and end the program.
+
+        Args:
+            message: of the error.
+        """
+        self.print_usage(sys.stderr)
+        print(f"{self.prog}: error: {message}", file=sys.stderr)
+        print(f"`{self.prog} --help` shows its options", file=sys.stderr)
+        self.exit(Exit.USAGE)
+
+
+class _AllCommands(CommandParser):
+    """Parser of `aeros` itself."""
+
+    def format_help(self) -> str:
+        """Return the commands."""
+        return all_commands()
+
+    def format_usage(self) -> str:
+        """Return one line of usage."""
+        return "usage: aeros COMMAND ...\n"
+
+
+def parse(given: Sequence[str]) -> argparse.Namespace:
+    """Parse a command line; help, version and errors end the program.
+
+    Args:
+        given: its words, without the program's name.
+
+    Returns:
+        The arguments; `command` is to be called with them.
+    """
+    if given[:1] == ["help"]:
+        sys.exit(_print_help(given[1:]))
+    parser, command = _parsers(given)
+    first = next((word for word in given if not word.startswith("-")), None)
+    if first is not None and given[0] == first and first not in COMMANDS:
+        parser.refuse(f"no command `{first}`{_intended(first, (*COMMANDS, 'help'))}")
+    parsed, unknown = parser.parse_known_args(given)
+    if unknown:
+        known = [] if command is None else option_names(command)
+        word = unknown[0]
+        cure = _intended(word.partition("=")[0], known) if word.startswith("-") else ""
+        (command or parser).refuse(f"unrecognized arguments: {' '.join(unknown)}{cure}")
+    return parsed
+
+
+def command_parser(name: str) -> CommandParser:
+    """Import the code of a command and make its parser.
+
+    Args:
+        name: of the command.
+
+    Returns:
+        Its parser.
+
+    Raises:
+        KeyError: there is no such command.
+    """
+    _, command = _parsers([name])
+    if command is None:
+        raise KeyError(name)
+    return command
+
+
+def _parsers(given: Sequence[str]) -> tuple[CommandParser, CommandParser | None]:
+    """Return the parser of `aeros`, and that of the command in the words given."""
+    parser = _AllCommands(prog="aeros")
+    parser.add_argument("-V", "--version", action="version", version=f"aeros {aeros.__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=CommandParser)
+    wanted = next((word for word in given if word in COMMANDS), None)
+    if wanted is None:
+        return parser, None
+    module = COMMANDS[wanted].module
+    add_to = importlib.import_module(f"aeros.cli.{module}").add_to
+    add_to(commands, wanted) if module in MODULES_OF_SEVERAL else add_to(commands)
+    return parser, commands.choices[wanted]
+
+
+def _print_help(words: Sequence[str]) -> int:
+    """Print the help of a command, of a group, or of all commands."""
+    if not words:
+        return _print(all_commands())
+    name = words[0]
+    if name in COMMANDS:
+        inner = _inner_parser(command_parser(name), words[1:])
+        return _print(inner.whole_help() + ("" if name not in GROUPS else f"\n{group_help(name)}"))
+    if name in GROUPS:
+        return _print(group_help(name))
+    print(
+        f"aeros: there is no command or group `{name}`{_intended(name, (*COMMANDS, *GROUPS))} "
+        "`aeros --help` lists all",
+        file=sys.stderr,
+    )
+    return Exit.USAGE
+
+
+def _inner_parser(command: CommandParser, words: Iterable[str]) -> CommandParser:
+    """Return the parser of a command's own command, such as `audit show`, where one is named."""
+    for word in words:
+        inner = next(
+            (one.choices for one in command._actions if isinstance(one, argparse._SubParsersAction)), {}
+        )
+        if word not in inner:
+            return command
+        command = inner[word]
+    return command
+
+
+def _print(text: str) -> int:
+    print(text, end="")
+    return Exit.SUCCESS
+
+
+def _intended(word: str, known: Iterable[str]) -> str:
+    near = get_close_matches(word, list(known), 1, 0.6)
+    return f"; did you mean `{near[0]}`?" if near else ""

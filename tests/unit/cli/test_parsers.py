@@ -1,0 +1,60 @@
+"""The command line: help, and errors that name what was probably intended."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.cli.parsers import parse
+from aeros.exit_codes import Exit
+
+
+def ended(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[object, str, str]:
+    """The exit code, standard output and standard error of a command line that ends the program."""
+    with pytest.raises(SystemExit) as end:
+        parse(words)
+    shown = capsys.readouterr()
+    return end.value.code, shown.out, shown.err
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (["vverify", "ecms"], "aeros: error: no command `vverify`; did you mean `verify`?"),
+        (["xyzzy"], "aeros: error: no command `xyzzy`"),
+        (["run", "--sede", "3"], "aeros run: error: unrecognized arguments: --sede; did you mean `--seed`?"),
+        (["run", "--colour-of-sky"], "aeros run: error: unrecognized arguments: --colour-of-sky"),
+        (["run", "one", "two"], "aeros run: error: unrecognized arguments: two"),
+        (["verify", "ecms", "--format", "jsn"], "did you mean `json`?"),
+        (["audit", "showw", "x"], "did you mean `show`?"),
+        ([], "aeros: error: the following arguments are required: COMMAND"),
+        (["help", "vverify"], "did you mean `verify`? `aeros --help` lists all"),
+    ],
+)
+def test_an_error_names_what_was_intended(
+    words: list[str], error: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, shown = ended(words, capsys)
+    assert (code, out) == (Exit.USAGE, "")
+    assert any(line == error or line.endswith(error) for line in shown.splitlines()), shown
+    assert len(shown.splitlines()) <= 3
+
+
+def test_help_is_of_all_commands_a_group_a_command_or_one_inside_it(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    shown = {}
+    for words in (["help"], ["--help"], ["help", "author"], ["help", "run"], ["help", "audit", "show"]):
+        code, shown[" ".join(words)], _ = ended(words, capsys)
+        assert code == Exit.SUCCESS
+    assert shown["help"] == shown["--help"]
+    assert shown["help author"].startswith("author: write modules")
+    assert "--heartbeat-timeout SECONDS" in shown["help run"]
+    assert "run: run instructions" in shown["help run"]
+    assert "aeros audit show" in shown["help audit show"]
+    assert ended(["-V"], capsys)[1].startswith("aeros ")
+
+
+def test_a_command_is_parsed_and_called() -> None:
+    parsed = parse(["explain", "AE501"])
+    assert parsed.code == "AE501"
+    assert callable(parsed.command)
