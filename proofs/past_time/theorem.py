@@ -591,7 +591,8 @@ THEOREM = Theorem(
             "traces-of-nested",
             past_time_monitors.PAST_TIME,
             "if name in self._kept:\n            return self._kept[name].declared.variable",
-            "if name and self._kept:\n            return self.collected[0].declared.variable",
+            "if isinstance(term, t.PastTerm) and self._kept:\n"
+            "            return self.collected[0].declared.variable",
         ),
         Mutant(
             "reads-for-two-histories-only",

@@ -111,7 +111,7 @@ class CleanUp:
         """
         for handle in handles:
             step = self._table.steps[handle]
-            if step.active_motion is not None and step.active_motion.is_halting:
+            if step.active_motion is not None:
                 details = self._pipeline.monitors.stops.end_halt(
                     step.active_motion.active_action.record_number, self._plant.now()
                 )
@@ -158,7 +158,7 @@ class CleanUp:
         assert step.result is not None  # noqa: S101  `halt_step` has set it
         status, words, outputs, causes = step.result
         # A skill's reason may contain surrogates, which files, databases and terminals reject.
-        reason = words.encode("utf-8", "backslashreplace").decode()
+        reason = words.encode(errors="backslashreplace").decode()
         outcome = {"time": self._plant.now(), "status": status.value, "reason": reason}
         if self._pipeline.monitors.stops.late_ticks:
             outcome["late_ticks"] = self._pipeline.monitors.stops.late_ticks

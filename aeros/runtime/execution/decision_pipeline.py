@@ -76,8 +76,8 @@ class DecisionPipeline:
         self.monitors = RuntimeMonitor(gate.monitor_rules, self._histories)
         self._encoder = IncrementalDecisionEncoder()
         self._body: tuple[object, str] | None = None  # the latest recorded body, and its digest
-        # Readings, plant time and use of quotas of the latest decision.
-        self._latest: tuple[Readings, float, Mapping[str, int] | None] = ({}, 0.0, None)
+        # Readings, plant time and use of quotas of the latest decision; None if the use was unknown.
+        self._latest: tuple[Readings, float, Mapping[str, int]] | None = None
 
     def switch_configuration(self, configuration: Configuration) -> None:
         """Decide under another configuration from now on. No motion may be active.
@@ -129,7 +129,7 @@ class DecisionPipeline:
         readings = self._histories.update(measured, now) if self._histories.names else _kept(measured)
         try:
             gated, usage = self._decide_alone(caller, readings, requested_action, now)
-            self._latest = readings, now, usage
+            self._latest = None if usage is None else (readings, now, usage)
             is_protective_stop = self._is_protective(gated)
             others = () if is_protective_stop else active_motions
             active_actions = [other.active_action for other in others]
@@ -171,9 +171,8 @@ class DecisionPipeline:
             return PipelineDecision(decision, None, plan, is_protective_stop=False, causes=causes)
         if decision.action is None:
             raise InternalError(f"the gate decided {decision.kind.value} and returned no action")
-        return PipelineDecision(
-            decision, ActiveAction(decision.action, readings, now, record_number), plan, is_protective_stop
-        )
+        active_action = ActiveAction(decision.action, readings, now, record_number)
+        return PipelineDecision(decision, active_action, plan, is_protective_stop, causes)
 
     def find_detour(self, caller: Caller, denied: Decision, action: Action) -> list[Action] | None:
         """Find a way round what was in the way of the motion that was decided last; nothing has moved since.
@@ -190,9 +189,9 @@ class DecisionPipeline:
             The actions in order, the denied one last; None if obstacles are not the only reason, or no way
             was found.
         """
-        readings, now, usage = self._latest
-        if usage is None:
+        if self._latest is None:
             return None
+        readings, now, usage = self._latest
         search = DetourSearch(
             self._configuration.site.motion, self._gate, self._motions, self._plant, readings, now, usage
         )

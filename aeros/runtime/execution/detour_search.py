@@ -16,7 +16,7 @@ from aeros.runtime.motion.base_contact import (
 from aeros.runtime.motion.detour import Check, find_base_detour, find_detour
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
 from aeros.runtime.motion.obstacle_contact import as_barrier, ends_at_obstacle
-from aeros.runtime.motion.swept_volume import BarrierBox, MergedMotion, RemainingMotion
+from aeros.runtime.motion.swept_volume import MergedMotion, RemainingMotion
 from aeros.runtime.motion.trajectory import OBSTRUCTED, MotionDecider, held_object
 from aeros.runtime.ports import Plant, Reading, Readings, Trajectory, Vec3, known_obstacles, plan_sequence
 from aeros.skill import Action
@@ -88,14 +88,12 @@ class DetourSearch:
         if asked is None or not direct_plans or type(direct_plans[0]) is not Trajectory:
             return None
         kind, direct = motion.kinds[asked.kind], direct_plans[0]
+        names = kind.base_target or kind.tool_target
+        if names is None:
+            return None
 
         def leg(place: Vec3) -> Action:
-            ends: dict[str, Any] = {}
-            if kind.base_target is not None:
-                ends = dict(zip(kind.base_target, place[:2], strict=True))
-            elif kind.tool_target is not None:
-                ends = {kind.tool_target: place}
-            return Action(asked.kind, {**asked.parameters, **ends})
+            return Action(asked.kind, {**asked.parameters, **_ends_at(names, place)})
 
         def is_allowed(place: Vec3) -> bool:
             return self._decide(caller, self._readings, leg(place)).kind is DecisionKind.ALLOW
@@ -103,13 +101,11 @@ class DetourSearch:
         def failing_leg(places: Sequence[Vec3]) -> int | None:
             return self._failing_leg(motion, caller, [leg(place) for place in places])
 
-        if kind.base_target is not None:
-            targets = self._find_for_base(motion, direct, is_allowed, failing_leg)
-        elif kind.tool_target is not None:
-            target = asked.parameters[kind.tool_target]
+        if isinstance(names, str):
+            target = asked.parameters[names]
             targets = self._find_for_tool(motion, direct, target, is_allowed, failing_leg)
         else:
-            targets = None
+            targets = self._find_for_base(motion, direct, is_allowed, failing_leg)
         return None if targets is None else Detour(targets, [*map(leg, targets[:-1]), action])
 
     def _find_for_base(
@@ -124,10 +120,10 @@ class DetourSearch:
         obstacles = known_obstacles(self._plant)
         if find_base_contact(travel, obstacles, clearance) is not None:
             return None
-        boxes = [
-            BarrierBox(one.name, *enlarged_obstacle(own, one, clearance), False, False, None)
-            for one in obstacles
-        ]
+        boxes = []
+        for one in obstacles:
+            lower, upper = enlarged_obstacle(own, one, clearance)
+            boxes.append(as_barrier(one)._replace(lower=lower, upper=upper))
         return find_base_detour(direct.base, travel.start, boxes, is_allowed, check)
 
     def _find_for_tool(
@@ -169,5 +165,14 @@ class DetourSearch:
 
 def _tool_at_start(plan: Trajectory) -> Vec3:
     frame = ForwardKinematics(plan.body, plan.joint_paths[0][0][0]).frames[-1]
-    x, y, z = (a + b for a, b in zip(frame.to_base(plan.body.tool_offset), plan.base, strict=True))
-    return (x, y, z)
+    x, y, z = frame.to_base(plan.body.tool_offset)
+    base_x, base_y, base_z = plan.base
+    return (base_x + x, base_y + y, base_z + z)
+
+
+def _ends_at(names: str | tuple[str, str], place: Vec3) -> dict[str, Any]:
+    """Return the parameters for a motion of the tool, or of the base in x and y, that ends at a place."""
+    if isinstance(names, str):
+        return {names: place}
+    x, y = names
+    return {x: place[0], y: place[1]}

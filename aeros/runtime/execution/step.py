@@ -67,10 +67,10 @@ class ObservationFilter:
         ]
         # Columns of the latest snapshot: all names, and the module's name and index of each sensed variable.
         self._order: ColumnNames | None = None
-        self._places: list[tuple[str, int]] = []
-        # The latest column, and the sensed values in it.
-        self._column: tuple[Any, ...] = ()
-        self._values: dict[str, Any] = {}
+        self._places: list[tuple[str, int]]
+        # The latest column, and the sensed values in it; all three are set with the first order.
+        self._column: tuple[Any, ...] | None
+        self._values: dict[str, Any]
 
     def observe(self, readings: Readings, now: float) -> dict[str, Any]:
         """Select what the module may sense of `readings`.
@@ -99,7 +99,7 @@ class ObservationFilter:
     def _observe_snapshot(self, snapshot: Snapshot) -> dict[str, Any]:
         """Select what is sensed of readings that were all taken now."""
         if snapshot.order is not self._order:
-            self._order, self._column, places = snapshot.order, (), snapshot.order.places
+            self._order, self._column, places = snapshot.order, None, snapshot.order.places
             self._places = [(seen_as, places[name]) for name, seen_as, _ in self._sensed if name in places]
         if snapshot.column is not self._column:
             column = self._column = snapshot.column

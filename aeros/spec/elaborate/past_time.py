@@ -52,7 +52,7 @@ class HistoryCollector:
             return term
         if isinstance(term, t.Quantified | t.Aggregate):
             return self.replace_past_terms(_expand_index(term), span)
-        name = unparse(term) if isinstance(term, t.PastTerm) else ""
+        name = unparse(term)  # no other term has the text of a past-time condition
         if name in self._kept:
             return self._kept[name].declared.variable
         changed: dict[str, Any] = {}

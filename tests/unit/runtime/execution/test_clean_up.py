@@ -110,7 +110,7 @@ def test_resources_of_an_ended_step_are_free_for_the_next(
 @pytest.mark.parametrize("failure", [OSError("link lost"), KeyboardInterrupt()])
 @pytest.mark.parametrize("method", ["advance", "begin", "observe"])
 def test_where_something_breaks_every_step_is_cleaned_up_once(
-    cart: MakeCart, method: str, failure: BaseException
+    cart: MakeCart, monkeypatch: pytest.MonkeyPatch, method: str, failure: BaseException
 ) -> None:
     ends: list[str] = []
     one = cart(
@@ -118,6 +118,13 @@ def test_where_something_breaks_every_step_is_cleaned_up_once(
         drive=asking(roll(), roll(), ends=ends, name="drive"),
     )
     one.plant.durations = [1.0, 2.0]
+    stop = one.plant.stop
+
+    def stop_and_move() -> None:
+        stop()
+        one.plant.values["hand"] = 0.25
+
+    monkeypatch.setattr(one.plant, "stop", stop_and_move)
     one.start("reach")
     one.start("drive")
     waiting = one.start("reach")
@@ -129,6 +136,10 @@ def test_where_something_breaks_every_step_is_cleaned_up_once(
     assert one.plant.call_count("stop") == 1
     assert one.calls("skill_ended") == [("cart.reach", False), ("cart.drive", False)]
     assert len(one.records("step-broken")) == 3
+    if method != "observe":  # it is measured before and after the plant is told to stop
+        (stopped,) = one.records("stopped")
+        hand = {"least": 0.0, "greatest": 0.25, "unit": "m"}
+        assert (stopped["ticks"], stopped["quantities"]["hand"]) == (2, hand)
     one.assert_nothing_is_held()
     one.executor.cancel(waiting, "it is gone")
     with pytest.raises(MisuseError):
@@ -163,3 +174,35 @@ def test_without_a_record_nothing_moves(make_bench: MakeBench, monkeypatch: pyte
     assert caught.value.__notes__ == ["the end of the step is not in the record: disk full"]
     assert (bench.plant.executed, ends) == ([], ["closed"])
     bench.assert_cleaned_up(finished=False)
+
+
+def test_a_stop_that_cannot_be_recorded_hides_no_failure(
+    cart: MakeCart, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = cart(reach=asking(move()))
+    one.start("reach")
+    assert one.executor.wait(0.05) is None
+    append = one.audit.append
+
+    def full(event: str, details: Mapping[str, Any]) -> int:
+        if event == "stopped":
+            raise AuditError("disk full")
+        return append(event, details)
+
+    monkeypatch.setattr(one.audit, "append", full)
+    one.plant.failing["advance"] = OSError("link lost")
+    with pytest.raises(OSError, match="link lost"):
+        one.executor.wait()
+    assert [broken["reason"] for broken in one.records("step-broken")] == ["OSError: link lost"]
+
+
+def test_a_step_leaves_whole_records_of_its_beginning_and_its_end(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()))
+    one.plant.time = 2.5
+    one.start("reach")
+    one.ends(1)
+    caller = {"module": "cart", "skill": "reach", "inputs": {}}
+    (began,), (ended,) = one.records("step-began"), one.records("step-ended")
+    assert began == {"time": 2.5, "deadline": 12.5, **caller, "sequence": began["sequence"]}
+    end = {"time": 2.6, "status": "finished", "reason": "", **caller}
+    assert ended == {**end, "sequence": ended["sequence"]}

@@ -18,13 +18,20 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
 from aeros.runtime.gate.gate import GateDisagreementError
 from aeros.runtime.gate.port import Gate
-from aeros.runtime.ports import RobotBody
-from aeros.runtime.records.records import body_to_json
+from aeros.runtime.motion.trajectory import OBSTRUCTED
+from aeros.runtime.ports import ColumnNames, Plant, Reading, RobotBody, Snapshot, Trajectory
+from aeros.runtime.records.obstacle_json import obstacles_to_json
+from aeros.runtime.records.records import body_to_json, motion_to_json
 from aeros.sim.fake import FakePlant
+from aeros.sim.kinematic.plant import make_plant
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.model.cause import causes_to_json
 from aeros.spec.model.site import Site
+from aeros.spec.scenes.load import load_scene
+from tests.unit.runtime.execution.test_detour_search import Obstructed, box, to
 from tests.unit.runtime.one_step import DENIAL, VALUES, FakeGate
+from tests.unit.runtime.perception.kettle import site as reference_site
 
 CALLER = Caller("handling", "lift", {})
 MOVE = act("move", speed=0.1)
@@ -114,9 +121,10 @@ def test_an_allowed_action_is_decided_on_what_is_measured_and_recorded(desk: Des
 
 def test_a_denied_action_may_not_begin_and_is_recorded_with_its_causes(desk: Desk) -> None:
     decided = desk.decide(MOVE, DENIAL)
-    assert decided.active_action is None
-    assert decided.causes != ()
-    assert [record["verdict"] for record in desk.records()] == ["DENY"]
+    assert decided == PipelineDecision(DENIAL, None, None, is_protective_stop=False, causes=decided.causes)
+    (record,) = desk.records()
+    assert record["verdict"] == "DENY"
+    assert record["causes"] == json.loads(json.dumps(causes_to_json(decided.causes))) != []
 
 
 def test_an_attenuated_action_begins_as_it_was_reduced(desk: Desk) -> None:
@@ -124,6 +132,7 @@ def test_an_attenuated_action_begins_as_it_was_reduced(desk: Desk) -> None:
     decided = desk.decide(MOVE, reduced)
     assert decided.active_action is not None
     assert decided.active_action.action == SLOWER
+    assert [cause.rule for cause in decided.causes] == ["separation"]
     (record,) = desk.records()
     assert (record["asked"]["parameters"], record["decided"]["parameters"]) == (
         {"speed": 0.1},
@@ -176,11 +185,18 @@ def test_under_another_site_the_monitors_are_those_of_its_gate(desk: Desk) -> No
     other = replace(desk.configuration.site, digest="6" * 64)
     desk.deciding.switch_configuration(replace(desk.configuration, site=other))
     assert desk.deciding.monitors is not before
+    assert desk.deciding.monitors(0.0, VALUES) is None
+    desk.decide()
+    assert desk.plant.calls == [], "the site has no motions"
+    desk.deciding.switch_configuration(replace(desk.configuration, site=reference_site()))
+    desk.decide(act("move_tool"))
+    assert desk.plant.calls == [("plan", act("move_tool"))]
 
 
 def test_a_way_round_is_searched_in_the_state_of_the_decision_and_recorded(
-    desk: Desk, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    desk = Desk(reference_site(), tmp_path)
     ways = [Detour([(0.0, 0.0, 1.0), (1.0, 0.0, 0.0)], [SLOWER, MOVE]), None]
     made: list[tuple[Any, ...]] = []
 
@@ -203,7 +219,8 @@ def test_a_way_round_is_searched_in_the_state_of_the_decision_and_recorded(
     assert desk.deciding.find_detour(CALLER, denied, MOVE) == [SLOWER, MOVE]
     assert desk.deciding.find_detour(CALLER, denied, MOVE) is None
     ((_, readings, _, now, usage),) = desk.gate.asked
-    parts = (None, desk.gate, desk.deciding._motions, desk.plant, readings, now, usage)
+    motion = desk.configuration.site.motion
+    parts = (motion, desk.gate, desk.deciding._motions, desk.plant, readings, now, usage)
     assert made == [parts, (CALLER, denied, MOVE)] * 2
     (record,) = desk.events("detour")
     assert record == {
@@ -215,6 +232,11 @@ def test_a_way_round_is_searched_in_the_state_of_the_decision_and_recorded(
         "round": ["box", "crate"],
         "targets": [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]],
     }
+    desk.plant.time = -1.0  # so the use of quotas is unknown
+    denial = desk.decide().decision
+    assert desk.deciding.find_detour(CALLER, denial, MOVE) is None
+    assert len(made) == 4
+    desk.audit.close()
 
 
 def test_a_body_is_recorded_when_it_differs_from_the_one_before(desk: Desk) -> None:
@@ -229,3 +251,39 @@ def test_a_body_is_recorded_when_it_differs_from_the_one_before(desk: Desk) -> N
     assert digests[1:3] == digests[:1] * 2
     assert digests[4] == digests[3]
     assert [digest_of(body) for body in recorded] == [digests[0], digests[3], digests[5]]
+
+
+def test_a_decision_keeps_the_readings_that_it_was_made_on(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shared = {"holding": Reading(False, 0.0)}
+    monkeypatch.setattr(desk.plant, "observe", lambda: shared)
+    decided = desk.decide().active_action
+    shared["holding"] = Reading(True, 1.0)
+    assert decided is not None
+    assert decided.readings == {"holding": Reading(False, 0.0)}
+    moment = Snapshot(ColumnNames(["holding"]), (True,), desk.plant.now())
+    monkeypatch.setattr(desk.plant, "observe", lambda: moment)
+    at_once = desk.decide().active_action
+    assert at_once is not None
+    assert at_once.readings is moment, "a snapshot never changes, so it is not copied"
+
+
+def test_a_whole_motion_is_decided_beside_obstacles_and_recorded_with_them(tmp_path: Path) -> None:
+    robot = make_plant(load_scene("bare"), 0)
+    desk, obstacle = Desk(reference_site(), tmp_path), box(0.45, -0.2, 0.4)
+    plant = cast("Plant", Obstructed(robot, obstacle))
+    deciding = DecisionPipeline(desk.configuration, cast("Gate", desk.gate), plant, desk.audit)
+    denied = deciding.decide(CALLER, to(0.45, -0.45, 0.3), [])
+    assert [(reason.code, reason.rule) for reason in denied.decision.reasons] == [(OBSTRUCTED, "box")]
+    assert isinstance(denied.plan, Trajectory)
+    allowed = deciding.decide(CALLER, to(0.5, 0.1, 0.5), [])
+    assert allowed.decision.kind is DecisionKind.ALLOW
+    (body,), (first, second) = desk.events("body"), desk.records()
+    for record, planned in ((first, denied.plan), (second, allowed.plan)):
+        assert record["motion"] == json.loads(json.dumps(motion_to_json(planned, digest_of(body["body"]))))
+        assert record["motion_digest"] == digest_of(record["motion"])
+        assert record["obstacles"] == json.loads(json.dumps(obstacles_to_json([obstacle])))
+    assert (first["gate"]["verdict"], "gate" in second) == ("ALLOW", False)
+    robot.close()
+    desk.audit.close()

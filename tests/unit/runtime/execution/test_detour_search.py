@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import cos, sin
 from typing import Any, cast
 
@@ -11,8 +12,10 @@ import pytest
 from aeros.runtime.execution.detour_search import DetourSearch, _tool_at_start
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
 from aeros.runtime.gate.port import Gate
+from aeros.runtime.motion.base_contact import box_corners, enlarged_obstacle
+from aeros.runtime.motion.detour import find_base_detour
 from aeros.runtime.motion.trajectory import OBSTRUCTED, MotionDecider
-from aeros.runtime.ports import Obstacle, Plant, RobotBody, Trajectory, plan_sequence
+from aeros.runtime.ports import Obstacle, Plant, Reading, RobotBody, Trajectory, plan_sequence
 from aeros.sim.kinematic.plant import make_plant
 from aeros.skill import Action, act
 from aeros.spec.scenes.load import load_scene
@@ -120,7 +123,7 @@ def test_a_way_has_a_leg_to_each_target_and_ends_with_the_action_itself(
         assert (target, len(boxes)) == (targets[-1], 1)
         gate.answers += [Decision(DecisionKind.ALLOW, action, ()), OBSTRUCTION]
         assert [is_allowed(place) for place in targets[:2]] == [True, False]
-        assert failing_leg([(3.0, 0.0, 0.0), targets[0]]) == 0  # out of reach
+        assert failing_leg([targets[0], (3.0, 0.0, 0.0)]) == 1  # out of reach
         return targets
 
     monkeypatch.setattr("aeros.runtime.execution.detour_search.find_detour", find)
@@ -130,7 +133,8 @@ def test_a_way_has_a_leg_to_each_target_and_ends_with_the_action_itself(
     assert (found.targets, found.legs) == (targets, [to(*targets[0]), to(*targets[1]), action])
     assert found.legs[2] is action
     assert [asked[0] for asked in gate.asked] == [CALLER] * len(gate.asked)
-    assert [asked[2] for asked in gate.asked] == [action, to(*targets[0]), to(*targets[1])]
+    assert [asked[2] for asked in gate.asked] == [action, to(*targets[0]), to(*targets[1]), to(*targets[0])]
+    assert all(asked[1] == search._readings for asked in gate.asked[:3])
     assert all(asked[3:] == (plant.now(), {}) for asked in gate.asked)
     assert starts == [pytest.approx(plant.observe()["tool_position"].value, abs=1e-6)]
 
@@ -144,7 +148,14 @@ def test_a_way_begins_where_the_tool_is_at_the_start_of_the_plan() -> None:
     assert _tool_at_start(plan) == pytest.approx(expected)
 
 
-def test_a_base_is_led_round_what_stands_in_the_aisle() -> None:
+def test_a_base_is_led_round_what_stands_in_the_aisle(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept_out: list[Any] = []
+
+    def find(start: Any, target: Any, boxes: Any, *checks: Any) -> Any:
+        kept_out.extend((one.lower, one.upper) for one in boxes)
+        return find_base_detour(start, target, boxes, *checks)
+
+    monkeypatch.setattr("aeros.runtime.execution.detour_search.find_base_detour", find)
     driving = make_plant(shipped_scene("fetch"), 0)
     lower, upper = (-0.1, 1.1, -0.3), (0.1, 1.3, -0.15)
     obstacle = Obstacle("box", lower, upper, 0.0, "aisle_top", "aisle_floor")
@@ -160,6 +171,9 @@ def test_a_base_is_led_round_what_stands_in_the_aisle() -> None:
     assert found is not None
     assert found.legs[-1] is target
     assert len(found.legs) > 1
+    assert [(leg.parameters["x"], leg.parameters["y"]) for leg in found.legs] == [
+        end[:2] for end in found.targets
+    ]
     for leg, plan in zip(found.legs, plan_sequence(plant, found.legs) or (), strict=True):
         assert isinstance(plan, Trajectory)
         readings["base_position"] = readings["base_position"]._replace(value=plan.base)
@@ -167,4 +181,57 @@ def test_a_base_is_led_round_what_stands_in_the_aisle() -> None:
         assert motions.decide(decided, plan, readings, (), (obstacle,)) is decided
     at_it = act("move_base", x=0.0, y=1.5, speed=0.4)
     assert search.find(CALLER, OBSTRUCTION, at_it) is None, "no way leads to a place at the obstacle"
+    joints = {f"q{number}": 0.1 for number in range(1, 8)}
+    posture = act("move_joints", **joints, speed=0.1)
+    assert search.find(CALLER, OBSTRUCTION, posture) is None, "it leads to no place"
+    policy = site().motion
+    assert policy is not None
+    assert policy.obstacles is not None
+    assert policy.obstacles.base is not None
+    own, clearance = box_corners(policy.obstacles.base), float(policy.clearance)
+    assert kept_out == [enlarged_obstacle(own, obstacle, clearance)]
+    search._motion = replace(policy, obstacles=None)
+    assert search.find(CALLER, denied, target) is None, "the site compares its base with nothing"
     driving.close()
+
+
+def test_each_leg_is_decided_where_those_before_it_end(robot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    search, plant, _ = searching(robot, box(2.0, 2.0, 0.4))
+    now, policy = plant.now(), site().motion
+    assert policy is not None
+    at_first = Reading(search._readings["base_position"].value, now - 0.01)
+    search._readings = {**search._readings, "base_position": at_first}
+    seen: list[tuple[Any, ...]] = []
+    answers = [DecisionKind.ALLOW] * 3 + [DecisionKind.ALLOW, DecisionKind.DENY]
+
+    def decide(caller: Caller, readings: Any, action: Action, *rest: Any) -> Decision:
+        seen.append((caller, dict(readings), action, *rest))
+        kind = answers.pop(0)
+        return OBSTRUCTION if kind is DecisionKind.DENY else Decision(kind, action, ())
+
+    monkeypatch.setattr(search._gate, "decide", decide)
+    legs = [to(0.5, 0.1, 0.5), to(0.5, -0.1, 0.5), to(0.5, 0.0, 0.4)]
+    assert search._failing_leg(policy, CALLER, legs) is None
+    plans = plan_sequence(plant, legs) or ()
+    for number, (leg, plan) in enumerate(zip(legs, plans, strict=True)):
+        assert isinstance(plan, Trajectory)
+        base = Reading(plan.base, now) if number else at_first
+        joints = Reading(plan.joint_paths[0][0][0], now)
+        readings = {**search._readings, "joint_position": joints, "base_position": base}
+        assert seen[number] == (CALLER, readings, leg, now, {})
+    assert search._failing_leg(policy, CALLER, legs) == 1, "the gate denies the second"
+    answers += [DecisionKind.ALLOW] * 3
+    cast("Any", plant).plan_sequence = lambda actions: plans[:1]
+    assert search._failing_leg(policy, CALLER, legs) == 1, "the plant has no plan for the second"
+
+
+def test_there_is_no_way_to_a_target_at_which_the_held_object_meets_the_obstacle(
+    robot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("aeros.runtime.execution.detour_search.find_detour", lambda *_: [(0.0, 0.0, 0.0)])
+    search, *_ = searching(robot, box(0.45, -0.2, 0.2))
+    found = []
+    for is_held in (False, True):
+        search._readings = {**search._readings, "holding": Reading(is_held, 0.0)}
+        found.append(search.find(CALLER, OBSTRUCTION, to(0.45, -0.2, 0.25)) is not None)
+    assert found == [True, False]

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from math import inf
 from types import SimpleNamespace
@@ -14,7 +15,15 @@ from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.runtime.gate.gate import CompiledGate, GateMode
-from aeros.runtime.ports import EndedStep, MotionCompletion, Runtime, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import (
+    EndedStep,
+    MotionCompletion,
+    Obstacle,
+    Runtime,
+    StepRequest,
+    StepResult,
+    StepStatus,
+)
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.errors import MisuseError
@@ -156,6 +165,9 @@ def test_it_is_the_runtime_that_the_agent_sees(make_bench: MakeBench, site: Site
     assert list(runtime.active_modules()) == ["handling"]
     assert runtime.now() == 0.0
     assert runtime.observe()["holding"].value is False
+    obstacle = Obstacle("box", (0.0, 0.0, 0.0), (0.1, 0.1, 0.1), 0.0, "overhead", "bench")
+    cast("Any", bench.plant).obstacles = lambda: (obstacle,)
+    assert runtime.obstacles() == (obstacle,)
     runtime.note("decision", {"verdict": "ALLOW"})
     note = bench.records("note")[0]["details"]
     assert note == {"event": "decision", "details": {"verdict": "ALLOW"}}
@@ -173,7 +185,7 @@ def test_a_wait_may_end_without_its_event(cart: MakeCart) -> None:
 
 
 def test_waiting_for_nothing_is_a_mistake(cart: MakeCart) -> None:
-    with pytest.raises(MisuseError):
+    with pytest.raises(MisuseError, match=r"^no step was started, so none can end$"):
         cart().executor.wait()
 
 
@@ -224,8 +236,8 @@ def test_a_refused_request_is_recorded_with_what_was_asked(make_bench: MakeBench
     bench = make_bench(twice)
     assert bench.submit(StepRequest("absent", "lift", {"height": 0.05})).status is StepStatus.REFUSED
     (refused,) = bench.records("step-refused")
-    assert refused["details"]["reason"] == "no module `absent` is active"
-    assert refused["details"]["module"] == "absent"
+    asked = {"module": "absent", "skill": "lift", "inputs": {"height": 0.05}}
+    assert refused["details"] == {"reason": "no module `absent` is active", **asked}
     assert bench.plant.calls == []
 
 
@@ -240,9 +252,12 @@ def test_a_caller_may_let_time_advance_bit_by_bit(cart: MakeCart) -> None:
 
 def test_an_ended_step_is_fetched_before_time_advances(cart: MakeCart) -> None:
     one = cart(reach=asking(move()))
-    reach = one.start("reach")
-    one.executor.cancel(reach, "not wanted")
-    assert one.executor.advance_once(inf) == EndedStep(reach, StepResult(StepStatus.CANCELLED, "not wanted"))
+    steps = [one.start("reach"), one.start("reach")]
+    for step in steps:
+        one.executor.cancel(step, "not wanted")
+    cancelled = StepResult(StepStatus.CANCELLED, "not wanted")
+    assert one.executor.advance_once(inf) == EndedStep(steps[0], cancelled)
+    assert one.executor.wait() == EndedStep(steps[1], cancelled)
     assert one.plant.calls == []
 
 
@@ -266,7 +281,7 @@ def test_a_closed_executor_leaves_no_step_and_is_closed_once(cart: MakeCart) -> 
     assert ends == ["reach"]
     assert one.plant.call_count("stop") == 1
     (broken,) = one.records("step-broken")
-    assert "the executor was closed before the step ended" in broken["reason"]
+    assert broken["reason"] == "MisuseError: the executor was closed before the step ended"
 
 
 def test_a_certificate_is_that_of_the_module_in_force(cart: MakeCart) -> None:
@@ -284,7 +299,7 @@ def test_certificates_are_those_of_the_configuration(cart: MakeCart) -> None:
 
 def test_an_action_has_the_names_of_the_site_for_what_its_module_needs(cart: MakeCart) -> None:
     module = configuration().modules["cart"]
-    names = replace(module.names, kinds={"go": "move"}, cameras={"eye": "overhead"})
+    names = replace(module.names, kinds={"go": "move"})
     under = replace(configuration(), modules={"cart": replace(module, names=names)})
     one = cart(under=under, reach=asking(act("go", speed=0.25), move()))
     assert one.executor.run_step(StepRequest("cart", "reach", {})).status is StepStatus.FINISHED
@@ -300,17 +315,21 @@ def test_a_stop_without_a_word_is_recorded_without_a_reason(cart: MakeCart) -> N
     assert [(stop["reason"], stop["ticks"]) for stop in one.records("stopped")] == [("", 1)]
 
 
-def test_decisions_are_counted_by_kind_until_the_step_ends(make_bench: MakeBench) -> None:
+def test_decisions_are_counted_by_kind_until_the_step_ends(
+    make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
     bench = make_bench(twice)
     slower = Decision(DecisionKind.ATTENUATE, act("move"), (Reason("AE750", "speed", "too fast"),))
-    bench.gate.answers = [slower, DENIAL]
+    obstruction = Decision(DecisionKind.DENY, None, (Reason("AE766", "box", "in the way"),))
+    monkeypatch.setattr(bench.executor._pipeline, "find_detour", lambda *_: [act("move"), act("move")])
+    bench.gate.answers = [slower, obstruction, DENIAL]
     step = bench.executor.start(STEP)
     assert not isinstance(step, StepResult)
     counts = [bench.executor.decision_counts(step)]
     while bench.executor.advance_once(inf) is None:
         counts.append(bench.executor.decision_counts(step))
     assert counts[0] == DecisionCounts()
-    assert counts[-1] == DecisionCounts(attenuated=1)
+    assert counts[-1] == DecisionCounts(attenuated=1, denied=1)
     assert bench.executor.decision_counts(step) is None
 
 
@@ -342,9 +361,11 @@ def test_a_step_that_waits_for_a_resource_that_is_gone_ends(cart: MakeCart) -> N
     one = cart(reach=asking(move()))
     first, second = one.start("reach"), one.start("reach")
     assert one.executor.wait(0.0) is None
+    assert one.plant.calls == [], "it is that time already"
     one.executor.advance_once(0.0)
     one.executor._resources.set_capacities({"arm": 1, "camera": 0, "actuator arm": 1})
-    results = one.ends(2)
+    ends = [ended for _ in range(6) if (ended := one.executor.advance_once(inf)) is not None]
+    results = {ended.step: ended.result for ended in ends}
     assert results[first].status is StepStatus.FINISHED
     assert results[second] == StepResult(StepStatus.STOPPED, "this site no longer has `camera`")
 
@@ -396,3 +417,64 @@ def test_perceivers_are_steered_by_the_agent_and_closed_at_the_end(
             {"kettle": {"hot": True}},
             "closed",
         ]
+
+
+def test_a_change_while_the_skill_computes_is_in_force_for_its_action(cart: MakeCart) -> None:
+    class Changing(Operator):
+        def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
+            if self.generation == 0:
+                self.generation, self.in_force = 1, replace(configuration(), digest="d" * 64)
+            return super().hold_generation(generation)
+
+    one = cart(governor=Changing(), reach=asking(move()))
+    one.start("reach")
+    assert [result.status for result in one.ends(1).values()] == [StepStatus.FINISHED]
+    assert [record["configuration"] for record in one.records("decision")] == ["d" * 64]
+
+
+def test_a_skill_senses_what_the_site_in_force_has(cart: MakeCart) -> None:
+    operator, seen = Operator(), list[Observation]()
+
+    def looking(observed: Observation, inputs: Inputs) -> SkillBody:
+        seen.append(observed)
+        site = configuration().site
+        state = {**site.state, "moved": replace(site.state["moved"], sensor="scanner")}
+        other = replace(site, state=state, digest="6" * 64)
+        operator.generation, operator.in_force = 1, replace(configuration(), site=other, digest="d" * 64)
+        seen.append((yield move()))
+
+    one = cart(governor=operator, reach=looking)
+    one.start("reach")
+    assert [result.reason for result in one.ends(1).values()] == [""]
+    assert [sorted(observed) for observed in seen] == [
+        ["charge", "done", "hand", "moved", "stop_pressed"],
+        ["charge", "done", "hand", "stop_pressed"],
+    ]
+
+
+def test_a_denial_that_may_pass_names_the_values_that_broke_it(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()))
+    one.plant.values = {**one.plant.values, "stop_pressed": True}
+    result = one.executor.run_step(StepRequest("cart", "reach", {}))
+    assert (result.status, result.is_transient) == (StepStatus.DENIED, True)
+    assert result.reason == (
+        "AE750 stop-button: stop_pressed is true; breaks `not stop_pressed`: nothing goes on while the "
+        "button is pressed"
+    )
+
+
+def test_a_rule_without_values_is_named_alone_and_several_values_are_listed(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()), drive=asking(roll()))
+    one.plant.script([MotionCompletion(False, "monitor:unheard-of")])
+    result = one.executor.run_step(StepRequest("cart", "reach", {}))
+    assert (result.reason, result.causes) == (
+        "monitor:unheard-of",
+        (Cause("stopped", "unheard-of", "unheard-of"),),
+    )
+    one.start("reach")
+    one.start("drive")
+    one.plant.during = [{"hand": 1.5}]
+    expected = "abs(hand) is 1.5 m (at most 1 m), moving.speed is 0.25 m/s (at most 0.1 m/s)"
+    assert {result.reason for result in one.ends(2).values()} == {
+        f"monitor:hand-near-while-rolling: {expected}"
+    }

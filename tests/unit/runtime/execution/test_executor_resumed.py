@@ -125,12 +125,19 @@ def test_a_session_that_is_not_resumed_begins_anew(remembering: Crashing) -> Non
     assert events == ["session-opened", "step-began", "decision", "step-ended", "session-opened"]
 
 
-def test_under_another_site_nothing_is_resumed(remembering: Crashing) -> None:
-    remembering.lift_at(0.0)
-    site = replace(remembering.configuration.site, digest="6" * 64)
-    remembering.configuration = replace(remembering.configuration, site=site)
-    with pytest.raises(AuditError, match="another site was in force"):
+@pytest.mark.parametrize("event", ["session-opened", "session-resumed", "configuration-changed"])
+def test_under_another_site_nothing_is_resumed(remembering: Crashing, event: str) -> None:
+    if event == "session-opened":
+        site = replace(remembering.configuration.site, digest="6" * 64)
+        remembering.configuration = replace(remembering.configuration, site=site)
+    else:
+        remembering.log.append(event, {"site": {"digest": "6" * 64}})
+    with pytest.raises(AuditError) as caught:
         remembering.crash()
+    assert str(caught.value) == (
+        f"`{remembering.path}` cannot be resumed: another site was in force, or other blocks of the "
+        "operator; start the task again"
+    )
 
 
 @pytest.mark.parametrize(
@@ -140,6 +147,7 @@ def test_under_another_site_nothing_is_resumed(remembering: Crashing) -> None:
         (("began",), True),
         (("began", "ended"), False),
         (("began", "broken"), False),
+        (("began", "began", "broken"), True),
         (("began", "began", "ended"), True),
     ],
 )

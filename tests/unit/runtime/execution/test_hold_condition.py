@@ -13,11 +13,12 @@ from aeros.runtime.execution.hold_condition import hold_condition_for
 from aeros.runtime.ports import MotionCompletion, Reading, StepResult, StepStatus
 from aeros.skill import Inputs, Observation, SkillBody, act
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import file_and_line
 from aeros.spec.model.ecm import ActionCondition, Ecm
 from aeros.spec.model.site import Site
 from tests.unit.runtime.conftest import METRES
-from tests.unit.runtime.one_step import Bench, twice, watched
+from tests.unit.runtime.one_step import STEP, Bench, twice, watched
 
 
 def holding(site: Site, ecm: Ecm) -> Ecm:
@@ -173,6 +174,21 @@ def test_the_plant_is_asked_only_for_what_a_tick_does_not_measure(site: Site, ma
     cause = hold.violation_at_tick({"holding": False}, 1.0, observe)
     assert cause is not None
     assert cause.location == file_and_line(site.span) != ""
+    unread = hold.violation_at_tick({"holding": True}, 1.0, dict)
+    assert unread is not None
+    assert unread.shortfalls == (UnmetBound("human_distance", None, "known", True, reason="is not measured"),)
+    alone = hold_condition_for(site, "handling", replace(skill, inputs={}), {})
+    assert alone is not None
+    assert alone.violation({"holding": Reading(True, 1.0), "human_distance": Reading(3.0, 1.0)}, 1.0) is None
+
+
+def test_a_step_that_waits_is_not_halted_by_its_condition_before_its_turn(bench: Bench) -> None:
+    steps = [bench.executor.start(STEP), bench.executor.start(STEP)]
+    bench.plant.during = [{"holding": False}]
+    for step in steps:
+        ended = bench.executor.wait()
+        assert ended is not None
+        assert (ended.step, ended.result.status, ended.result.allowed) == (step, StepStatus.HOLD_LOST, 1)
 
 
 def test_a_condition_of_a_step_that_has_ended_is_not_checked_again(bench: Bench) -> None:

@@ -127,8 +127,17 @@ def test_the_first_missing_part_is_named() -> None:
 def test_nobody_asks_twice() -> None:
     manager = ResourceQueue({"arm": 1})
     manager.enqueue(1, {"arm"})
-    with pytest.raises(MisuseError):
+    with pytest.raises(MisuseError, match=r"^step 1 waits or holds resources already$"):
         manager.enqueue(1, {"arm"})
     manager.grant_ready()
     with pytest.raises(MisuseError):
         manager.enqueue(1, ())
+
+
+def test_resources_that_several_steps_await_are_kept_for_them_until_they_go() -> None:
+    manager = ResourceQueue({"arm": 1, "camera": 1, "wheels": 1})
+    for who, needs in enumerate([{"arm"}, {"wheels"}, {"arm", "camera"}, {"wheels"}, {"camera"}]):
+        manager.enqueue(who, needs)
+    assert manager.grant_ready() == [0, 1]
+    manager.release(2)
+    assert manager.grant_ready() == [4]

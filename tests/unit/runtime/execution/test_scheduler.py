@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
-from math import nan
+from math import inf, nan
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -19,9 +19,11 @@ from aeros.runtime.execution import scheduler as module
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.runtime.monitor.late_ticks import LateTickCounter
+from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.ports import (
     EndedStep,
     MotionCompletion,
+    NoMotion,
     ObservedMonitor,
     StepHandle,
     StepRequest,
@@ -34,10 +36,12 @@ from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.errors import InternalError, MisuseError
 from aeros.spec.model.motion import LateTicks
-from tests.unit.runtime.one_step import DENIAL, MakeBench, watched
-from tests.unit.runtime.together import VALUES, Cart, MakeCart, Operator, asking, move, roll
+from tests.unit.runtime.one_step import DENIAL, STEP, MakeBench, watched
+from tests.unit.runtime.perception import kettle
+from tests.unit.runtime.together import VALUES, Cart, MakeCart, Operator, asking, configuration, move, roll
 
 FINISHED = StepStatus.FINISHED
+LATE = LateTicks(Fraction(5, 1000), 2, Fraction(20, 1000))
 
 
 # Who acts when.
@@ -165,14 +169,25 @@ def test_a_skill_that_thinks_past_its_time_out_moves_nothing(make_bench: MakeBen
     bench.assert_cleaned_up(finished=False)
 
 
-def test_a_skill_that_finishes_late_has_timed_out(make_bench: MakeBench) -> None:
+@pytest.mark.parametrize(("at", "status"), [(10.0, FINISHED), (10.5, StepStatus.TIMED_OUT)])
+def test_a_skill_that_finishes_late_has_timed_out(
+    make_bench: MakeBench, at: float, status: StepStatus
+) -> None:
     def late(observed: Observation, inputs: Inputs) -> SkillBody:
         yield act("move")
-        bench.plant.time = 10.5
+        bench.plant.time = at
 
     bench = make_bench(late)
-    assert bench.submit().status is StepStatus.TIMED_OUT
-    bench.assert_cleaned_up(finished=False)
+    assert bench.submit().status is status
+    bench.assert_cleaned_up(finished=status is FINISHED)
+
+
+def test_a_motion_that_outlasts_the_time_out_is_halted_within_a_few_turns(make_bench: MakeBench) -> None:
+    bench = make_bench(watched([]))
+    bench.plant.duration = 20.0
+    assert not isinstance(bench.executor.start(STEP), StepResult)
+    ends = [ended.result.status for _ in range(4) if (ended := bench.executor.advance_once(inf)) is not None]
+    assert (ends, bench.plant.time) == ([StepStatus.TIMED_OUT], 10.0)
 
 
 def _raises(failure: BaseException) -> Callable[..., Any]:
@@ -244,7 +259,9 @@ def test_a_skill_that_floods_is_halted(make_bench: MakeBench) -> None:
     ends: list[str] = []
     bench = make_bench(watched(ends))
     bench.plant.duration = 0.0
-    result = bench.submit()
+    bench.executor.start(STEP)
+    turns = (bench.executor.advance_once(inf) for _ in range(602))
+    (result,) = [ended.result for ended in turns if ended is not None]
     assert (result.status, result.allowed, ends) == (StepStatus.RAISED, 300, ["closed"])
     assert result.reason == "the skill asked for more than 300 actions, the most in its timeout of 10 s"
     bench.assert_cleaned_up(finished=False)
@@ -284,10 +301,10 @@ def test_an_answer_may_take_no_longer_than_what_is_left_for_all(
         return resume(run, observation, seconds)
 
     monkeypatch.setattr(InProcessRun, "resume", timed)
-    one.plant.durations = [0.5, 0.5]
+    one.plant.durations = [7.0, 0.5]
     one.start("reach")
     assert [ended.status for ended in one.ends(1).values()] == [StepStatus.TIMED_OUT]
-    assert offered == [10.0, 6.0, 2.0]
+    assert offered == [10.0, 3.0, 2.0]
 
 
 def test_strange_parameters_are_recorded_and_denied(make_bench: MakeBench) -> None:
@@ -301,12 +318,20 @@ def test_strange_parameters_are_recorded_and_denied(make_bench: MakeBench) -> No
 
 
 def test_a_revoked_step_is_halted_and_the_other_continues(cart: MakeCart) -> None:
-    operator = Operator()
+    asked = set()
+
+    class Blocking(Operator):
+        def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
+            asked.add((module, skill, kind))
+            return super().revocation_reason(module, skill, kind)
+
+    operator = Blocking()
     one = cart(governor=operator, reach=asking(move()), drive=asking(roll(), roll()))
     reach, drive = one.start("reach"), one.start("drive")
     assert one.executor.wait(0.05) is None
     operator.generation, operator.revoked = 1, {"reach"}
     results = one.ends(2)
+    assert asked == {("cart", "reach", "move"), ("cart", "drive", "roll")}
     assert results[reach] == StepResult(StepStatus.STOPPED, "revoked: the test says so", allowed=1)
     assert results[drive].status is StepStatus.FINISHED
     one.assert_nothing_is_held()
@@ -325,6 +350,23 @@ def test_while_the_operator_pauses_what_moves_ends_and_nothing_begins(cart: Make
     operator.command = OperatorCommand.RUN
     assert {result.status for result in one.ends(2).values()} == {StepStatus.FINISHED}
     assert [len(one.records(event)) for event in ("paused", "resumed")] == [1, 1]
+
+
+def test_while_nothing_moves_a_pause_is_polled_and_recorded(
+    cart: MakeCart, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    operator, naps = Operator(), list[float]()
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=time.monotonic, sleep=naps.append))
+    one = cart(governor=operator, reach=asking(move()))
+    one.start("reach")
+    operator.command, one.plant.time = OperatorCommand.PAUSE, 1.5
+    assert [one.executor.advance_once(inf) for _ in range(3)] == [None, None, None]
+    assert (naps, one.plant.calls) == ([0.01] * 3, [("skill_began", "cart.reach")])
+    operator.command, one.plant.time = OperatorCommand.RUN, 2.5
+    ends = [ended.result.status for _ in range(4) if (ended := one.executor.advance_once(inf)) is not None]
+    assert (ends, len(naps)) == ([FINISHED], 3)
+    for event, at in (("paused", 1.5), ("resumed", 2.5)):
+        assert [{**record, "sequence": 0} for record in one.records(event)] == [{"time": at, "sequence": 0}]
 
 
 def _raises_while_moving(failure: BaseException) -> Callable[[Cart, Operator], None]:
@@ -455,21 +497,107 @@ def test_late_ticks_of_a_plant_in_real_time_are_counted_and_stop_it(
     plant = _RealTime(VALUES)
     plant.gaps, plant.during = gaps, [{}] * len(gaps)
     monkeypatch.setattr("aeros.runtime.monitor.late_ticks.time.monotonic", lambda: plant.clock)
-    limits = LateTicks(Fraction(5, 1000), 2, Fraction(20, 1000))
-    monkeypatch.setattr(module, "_late_tick_counter", lambda plant, site: LateTickCounter(limits))
+    monkeypatch.setattr(module, "_late_tick_counter", lambda plant, site: LateTickCounter(LATE))
     one = Cart(tmp_path / "log", {"reach": asking(move())}, plant=plant)
     one.start("reach")
     (result,) = one.ends(1).values()
     assert result.status is status
     (ended,) = one.records("step-ended")
     assert ended.get("late_ticks", 0) == count
-    stops = [(stop["reason"], stop["late_ticks"]) for stop in one.records("stopped")]
-    assert stops == ([("late-ticks", count)] if status is StepStatus.STOPPED else [])
+    stops = [(stop["reason"], stop["late_ticks"], stop["began"]) for stop in one.records("stopped")]
+    assert stops == ([("late-ticks", count, 0.0)] if status is StepStatus.STOPPED else [])
+
+
+@pytest.mark.parametrize("is_moving", [True, False])
+def test_time_between_ticks_counts_while_anything_moves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_moving: bool
+) -> None:
+    """A skill that computes for a second is late if another's motion goes on meanwhile."""
+    plant = _RealTime(VALUES)
+    monkeypatch.setattr("aeros.runtime.monitor.late_ticks.time.monotonic", lambda: plant.clock)
+    site = replace(configuration().site, motion=cast("Any", SimpleNamespace(late_ticks=LATE)))
+    monkeypatch.setattr(
+        module, "_late_tick_counter", lambda plant, _, make=module._late_tick_counter: make(plant, site)
+    )
+
+    def slow(observed: Observation, inputs: Inputs) -> SkillBody:
+        yield roll()
+        plant.clock += 1.0
+        yield roll()
+
+    one = Cart(tmp_path / "log", {"reach": asking(move()), "drive": slow}, plant=plant)
+    plant.gaps = (30.0,)
+    assert one.executor.wait(2.5) is None
+    assert (plant.time, one.records("stopped")) == (2.5, []), "nothing moves, so no tick is late"
+    plant.durations = [1.0, 0.5, 0.5] if is_moving else []
+    if is_moving:
+        one.start("reach")
+    one.start("drive")
+    statuses = {result.status for result in one.ends(1 + is_moving).values()}
+    assert statuses == {StepStatus.STOPPED if is_moving else FINISHED}
 
 
 def test_a_plant_in_real_time_needs_a_site_that_bounds_late_ticks(tmp_path: Path) -> None:
-    with pytest.raises(MisuseError, match=r"motion\.late_ticks"):
+    expected = (
+        "the plant runs in real time, and the site `cart` does not bound late ticks: add `motion.late_ticks`"
+    )
+    with pytest.raises(MisuseError) as caught:
         Cart(tmp_path / "log", {}, plant=_RealTime(VALUES))
+    assert str(caught.value) == expected
+    site = replace(configuration().site, motion=cast("Any", SimpleNamespace(late_ticks=None)))
+    with pytest.raises(MisuseError) as caught:
+        module._late_tick_counter(_RealTime(VALUES), site)
+    assert str(caught.value) == expected
+    assert module._late_tick_counter(FakePlant(VALUES), site) is None
+
+
+def test_an_operators_stop_is_measured_from_its_first_tick(cart: MakeCart) -> None:
+    operator = Operator()
+    one = cart(governor=operator, reach=asking(move()))
+    one.start("reach")
+    assert one.executor.wait(0.05) is None
+    operator.command, one.plant.during = OperatorCommand.STOP, [{"hand": 0.75}]
+    one.ends(1)
+    (stop,) = one.records("stopped")
+    assert (stop["began"], stop["ticks"], stop["quantities"]["hand"]["greatest"]) == (0.05, 1, 0.75)
+
+
+def test_a_tick_during_a_stop_is_monitored_at_its_time(
+    cart: MakeCart, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one, ticks = cart(reach=asking(move())), list[Any]()
+    one.start("reach")
+    assert one.executor.wait(0.05) is None
+    monkeypatch.setattr(RuntimeMonitor, "__call__", lambda monitor, *tick: ticks.append(tick))
+    monitor = one.executor._scheduler.tick_monitor
+    monitor.begin_stop("blocked", 0.05)
+    monitor(0.06, one.plant.values)
+    assert ticks == [(0.06, one.plant.values)]
+
+
+def test_the_motion_that_was_decided_is_begun_and_watched(
+    make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench, plan, watched_plans = make_bench(asking_twice), NoMotion("none"), list[Any]()
+    decide, add = bench.executor._pipeline.decide, RuntimeMonitor.add
+    monkeypatch.setattr(bench.executor._pipeline, "decide", lambda *asked: decide(*asked)._replace(plan=plan))
+
+    def adding(monitor: RuntimeMonitor, action: Any, plan: object = None) -> None:
+        watched_plans.append(plan)
+        add(monitor, action, plan)
+
+    monkeypatch.setattr(RuntimeMonitor, "add", adding)
+    assert bench.submit().status is FINISHED
+    assert watched_plans == bench.plant.decided == [plan, plan]
+
+
+def test_names_of_cameras_are_those_of_the_site(cart: MakeCart) -> None:
+    one = cart(under=kettle.configuration(kettle.kettle()))
+    ecm = kettle.kettle()
+    ecm = replace(ecm, names=replace(ecm.names, cameras={"eye": "overhead"}))
+    named = one.executor._scheduler._control._with_site_names(ecm, act("look", camera="eye", other="eye"))
+    assert named == act("look", camera="overhead", other="eye")
+    assert one.executor._scheduler._control._with_site_names(kettle.kettle(), named) == named
 
 
 # Ways round obstacles.

@@ -234,3 +234,25 @@ def test_a_skill_sees_what_the_site_shares_of_modules_that_its_own_requires() ->
     seen = ObservationFilter(asking, sharing).observe(readings, kettle.NOW)
     assert seen[hot.name] is False
     assert "kettle.filled" not in seen
+
+
+def test_a_module_senses_a_variable_under_its_own_names_for_it(site: Site, make_ecm: Any) -> None:
+    ecm = make_ecm("")
+    needs = replace(ecm.names, variables={"near": "tool_position", "holding": "tool_position"})
+    observer = ObservationFilter(replace(ecm, names=needs), site)
+    seen = observer.observe(
+        {"holding": Reading(True, 1.0), "tool_position": Reading((0.3, 0.0, 0.5), 1.0)}, 1.0
+    )
+    assert seen == dict.fromkeys(("near", "holding", "tool_position"), (0.3, 0.0, 0.5))
+
+
+def test_a_variable_of_a_module_that_a_sensor_measures_needs_access_to_it(site: Site, make_ecm: Any) -> None:
+    name = "handling.level"
+    for sensor, expected in (
+        ("gripper", {"level": True}),
+        ("scanner", {}),
+        ("handling.look", {"level": True}),
+    ):
+        own = replace(site.state["holding"], sensor=sensor)
+        observer = ObservationFilter(make_ecm(""), replace(site, state={name: own}))
+        assert observer.observe({name: Reading(True, 1.0)}, 1.0) == expected

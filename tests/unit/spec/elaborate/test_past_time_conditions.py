@@ -12,6 +12,7 @@ from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.past_time import HistoryCollector
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
+from aeros.spec.expr.random_terms import JOINT
 from aeros.spec.expr.semantics import TimedState, evaluate
 from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL, IntegerType
@@ -108,6 +109,7 @@ def test_the_facts_that_proofs_may_use_of_a_history(text: str, facts: list[str],
     ]
     for fact in one.declared.known_facts:
         assert all(part.op == "<=" for part in fact_comparisons(fact))
+    assert one.declared.variable.role is t.VariableRole.STATE
     assert one.declared.range == (None if most is None else (Fraction(0), Fraction(most)))
     assert one.declared.variable.type == (BOOL if most is None else IntegerType())
 
@@ -115,3 +117,13 @@ def test_the_facts_that_proofs_may_use_of_a_history(text: str, facts: list[str],
 def fact_comparisons(term: t.Term) -> list[t.Compare]:
     below = [found for child in t.children(term) for found in fact_comparisons(child)]
     return [term, *below] if isinstance(term, t.Compare) else below
+
+
+def test_each_member_of_an_index_has_a_history_at_the_place_of_the_rule() -> None:
+    histories = HistoryCollector()
+    histories.replace_past_terms(check(parse("all(previously ready[j] for j in Joint)"), PAST, BOOL), SPAN)
+    ready = SCOPE.variables["ready"]
+    assert [one.term for one in histories.collected] == [
+        t.Previously(t.Select(ready, t.Literal(member, JOINT))) for member in JOINT.members
+    ]
+    assert {one.declared.span for one in histories.collected} == {SPAN}

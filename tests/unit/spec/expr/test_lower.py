@@ -6,10 +6,17 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, size_bounds, values_by_scalar
+from aeros.spec.expr.lower import (
+    _real_type,
+    lower,
+    scalar_variables,
+    size_bounds,
+    values_by_scalar,
+    values_by_variable,
+)
 from aeros.spec.expr.semantics import Value, evaluate
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, VectorType
-from aeros.spec.expr.units import NUMBER
+from aeros.spec.expr.units import LENGTH, NUMBER
 
 REAL = RealType(NUMBER)
 SET = EnumType("Set", ("i", "j"))
@@ -36,22 +43,23 @@ VECTORS: dict[str, t.Term] = {
 @pytest.mark.parametrize("vector", VECTORS.values(), ids=VECTORS)
 def test_a_bound_variable_keeps_its_member_anywhere_in_a_vector(vector: t.Term, axis: int) -> None:
     sum_ = t.Aggregate("sum", E, t.Component(vector, axis))
+    count = t.Aggregate("count", E, t.Compare("==", t.Component(vector, axis), CHOSEN))
     same = t.Quantified("any", E, t.Compare("==", vector, P))
     other = t.Quantified("all", E, t.Compare("==", P, vector))
     for c, f in itertools.product((False, True), itertools.product((Fraction(1), Fraction(2)), repeat=2)):
         for p in itertools.product((Fraction(1), Fraction(2)), repeat=3):
             env: dict[str, Value] = {"p": p, "f": f, "c": c}
-            for term in (sum_, same, other):
+            for term in (sum_, count, same, other):
                 assert evaluate(lower(term), values_by_scalar(VARIABLES, env)) == evaluate(term, env)
 
 
 @pytest.mark.parametrize(
     "term",
-    [MADE, t.Previously(C), t.Since(C, C, None)],
-    ids=["vector", "before", "since"],
+    [MADE, t.Previously(C), t.Since(C, C, None), t.Component(t.Not(C), 0)],
+    ids=["vector", "before", "since", "component"],
 )
 def test_terms_without_a_scalar_form_are_not_lowered(term: t.Term) -> None:
-    with pytest.raises(AssertionError, match=r"^not a (scalar|condition on one state): "):
+    with pytest.raises(AssertionError, match=r"^not a (scalar|condition on one state|vector): "):
         lower(term)
 
 
@@ -72,3 +80,45 @@ def test_terms_without_a_scalar_form_are_not_lowered(term: t.Term) -> None:
 )
 def test_the_bounds_of_sizes_by_hand(term: t.Term, size: int, height: int) -> None:
     assert size_bounds(term) == (size, height)
+
+
+def test_values_are_split_into_scalars_and_put_together_again() -> None:
+    place = t.Variable("place", VectorType(LENGTH), t.VariableRole.STATE)
+    scalars = (*scalar_variables(place), *scalar_variables(F), *scalar_variables(C))
+    assert [(one.name, one.type) for one in scalars] == [
+        *((f"place.{axis}", RealType(LENGTH)) for axis in "xyz"),
+        ("f[i]", REAL),
+        ("f[j]", REAL),
+        ("c", BOOL),
+    ]
+    env: dict[str, Value] = {
+        "place": tuple(map(Fraction, (1, 2, 3))),
+        "f": (Fraction(4), Fraction(5)),
+        "c": True,
+    }
+    variables = {"place": place, "f": F, "c": C}
+    values = values_by_scalar(variables, env)
+    assert list(values) == [one.name for one in scalars]
+    assert values_by_variable(variables.values(), values) == env
+    with pytest.raises(ValueError, match="argument 2 is shorter"):
+        values_by_scalar({"place": place}, {"place": (Fraction(1), Fraction(2))})
+
+
+def test_only_an_expression_of_reals_has_the_type_of_a_constant() -> None:
+    two = t.Literal(Fraction(2), RealType(LENGTH))
+    assert _real_type(t.Multiply(two, t.Absolute(two))) == RealType(LENGTH**2)
+    with pytest.raises(AssertionError, match=r"^not a constant real: "):
+        _real_type(C)
+
+
+def test_a_sum_over_many_members_is_no_higher_than_its_bound() -> None:
+    many = EnumType("Many", tuple(f"m{number}" for number in range(64)))
+    each = t.BoundVariable("e", many)
+    total = t.Aggregate(
+        "sum", each, t.Select(t.Variable("g", FamilyType(many, REAL), t.VariableRole.STATE), each)
+    )
+
+    def height(term: t.Term) -> int:
+        return 1 + max(map(height, t.children(term)), default=0)
+
+    assert height(lower(total)) == 7 <= size_bounds(total)[1]

@@ -35,4 +35,6 @@ def test_dimensions_are_kept_by_sums_and_multiplied_by_products(text: str, type_
     ("text", "value"), [("2 * 3", 6), ("-4", -4), ("3 / 4", Fraction(3, 4)), ("-(2 / 3)", Fraction(-2, 3))]
 )
 def test_products_of_literals_are_literals(text: str, value: Fraction) -> None:
-    assert TypeChecker(SCOPE).check(parse(text)).term == t.Literal(Fraction(value), RealType(NUMBER))
+    typed = TypeChecker(SCOPE).check(parse(text))
+    assert typed.term == t.Literal(Fraction(value), RealType(NUMBER))
+    assert (typed.extent.start, typed.extent.end) == (0, len(text))

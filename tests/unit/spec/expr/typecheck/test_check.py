@@ -15,7 +15,7 @@ from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.semantics import Value, evaluate, is_true
 from aeros.spec.expr.syntax import TextRange
-from aeros.spec.expr.typecheck.check import MAX_HEIGHT
+from aeros.spec.expr.typecheck.check import MAX_HEIGHT, check_condition
 from aeros.spec.expr.typecheck.traversal import TypeChecker
 from aeros.spec.expr.types import BOOL, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
@@ -317,6 +317,7 @@ def test_a_short_text_with_a_huge_scalar_core_is_refused_quickly(text: str) -> N
     with pytest.raises(ExpressionTypeError) as raised:
         term_of(text)
     assert raised.value.code == "AE201"
+    assert raised.value.message == "this expression is too large after its sets and vectors are expanded"
     assert raised.value.cure == "split it into several rules"
     assert (raised.value.extent.start, raised.value.extent.end) == (0, len(text))
     assert time.monotonic() - started < 2
@@ -365,3 +366,40 @@ def test_a_constant_condition_is_folded() -> None:
     assert lower(term_of("a or 1 < 2")) == t.TRUE
     assert lower(term_of("a and true")) == SCOPE.variables["a"]
     assert term_of("a", BOOL) == SCOPE.variables["a"]
+
+
+@pytest.mark.parametrize(
+    ("text", "cure"),
+    [("2", "write its unit after it, as in `2 m/s`"), ("2 * 3", None), ("2 m", None), ("k", None)],
+)
+def test_a_bare_number_is_cured_by_its_unit(text: str, cure: str | None) -> None:
+    with pytest.raises(ExpressionTypeError) as raised:
+        term_of(text, SPEED)
+    assert raised.value.cure == cure
+    if cure is not None:
+        with pytest.raises(ExpressionTypeError) as in_metres:
+            term_of(text, RealType(LENGTH))
+        assert in_metres.value.cure == "write its unit after it, as in `2 km`"
+
+
+@pytest.mark.parametrize(
+    ("text", "conjuncts", "premises", "alternatives"),
+    [
+        ("a", ["a"], [], ["a"]),
+        ("a and 0 m <= x < 1 m", ["a", "0 m <= x", "x < 1 m"], [], ["a and 0 m <= x < 1 m"]),
+        ("a or b", ["a or b"], [], ["a", "b"]),
+        ("a and b implies (x <= 1 m or not a)", ["..."], ["a", "b"], ["x <= 1 m", "not a"]),
+        ("a implies (b implies x <= 1 m)", ["..."], ["a", "b"], ["x <= 1 m"]),
+        ("a or (b implies x <= 1 m)", ["..."], ["b"], ["a", "x <= 1 m"]),
+    ],
+)
+def test_a_condition_has_parts_that_are_explained_one_by_one(
+    text: str, conjuncts: list[str], premises: list[str], alternatives: list[str]
+) -> None:
+    term, *parts = check_condition(parse(text), SCOPE)
+    assert term == term_of(text)
+    found = [[text[extent.start : extent.end] for _, extent in some] for some in parts]
+    assert found == [[text] if conjuncts == ["..."] else conjuncts, premises, alternatives]
+    assert [[lower(one) for one, _ in some] for some in parts[1:]] == [
+        [lower(term_of(written)) for written in some] for some in (premises, alternatives)
+    ]

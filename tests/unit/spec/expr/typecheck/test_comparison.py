@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import pytest
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.random_terms import MODE as MODES
+from aeros.spec.expr.types import RealType
+from aeros.spec.expr.units import LENGTH
 from tests.unit.spec.expr.scope import SCOPE, term_of
 
 X, Y, MODE = (SCOPE.variables[name] for name in ("x", "y", "mode"))
@@ -37,3 +41,7 @@ def test_membership_in_a_volume_bounds_each_coordinate_on_both_sides() -> None:
     coordinates = [t.Component(SCOPE.variables["p"], axis) for axis in range(3)]
     sides = [(part.left, part.right) for part in term.operands if isinstance(part, t.Compare)]
     assert [right for _, right in sides[::2]] == [left for left, _ in sides[1::2]] == coordinates
+    corners = [t.Literal(Fraction(bound), RealType(LENGTH)) for bound in (-1, 1)]
+    assert [[left for left, _ in sides[::2]], [right for _, right in sides[1::2]]] == [
+        [corner] * 3 for corner in corners
+    ]

@@ -78,3 +78,10 @@ def test_a_norm_is_compared_by_its_square(op: str, bound: int, squared: int) -> 
     assert evaluate(compare_norm(op, norm, _length(bound)), {}) is OPS[op](root, bound)
     assert evaluate(compare_norm(op, _length(bound), norm), {}) is OPS[op](bound, root)
     assert evaluate(compare_norm(op, norm, norm), {}) is OPS[op](root, root)
+    zeros = {part.type for part in _literals(compare_norm(op, norm, _length(bound))) if part.value == 0}
+    assert squared * bound == 0 or zeros == {RealType(LENGTH)}
+
+
+def _literals(term: t.Term) -> list[t.Literal]:
+    below = [found for child in t.children(term) for found in _literals(child)]
+    return [term, *below] if isinstance(term, t.Literal) else below

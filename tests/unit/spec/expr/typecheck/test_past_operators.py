@@ -33,3 +33,4 @@ def test_each_operator_has_its_term(text: str, term: t.Term) -> None:
     typed = TypeChecker(PAST).check(parse(text))
     assert typed.term == term
     assert typed.type == (RealType(NUMBER) if isinstance(term, t.Occurrences) else BOOL)
+    assert (typed.extent.start, typed.extent.end) == (0, len(text))
