@@ -45,7 +45,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
     parts = list(examine_installation())
     if arguments.format == "json":
         rows = [{**one._asdict(), "state": one.state.value} for one in parts]
-        print(json.dumps({"aeros": aeros.__version__, "parts": rows}, indent=2))
+        report = {"schema": "aeros/installation/1", "aeros": aeros.__version__, "parts": rows}
+        print(json.dumps(report, indent=2))
     else:
         print("\n".join(_lines(parts, screen_width())))
     return Exit.REJECTED if any(one.state is PartState.BROKEN for one in parts) else Exit.SUCCESS
