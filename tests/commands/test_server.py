@@ -30,7 +30,7 @@ def served(command: str, folder: Path, **environment: str) -> subprocess.Complet
     [
         ("aeros explain AE101 | head -n 1", 0, "AE101", ""),
         ("aeros run --resume --state empty", 1, "", "nothing to resume"),
-        ("aeros unheard-of", 2, "", "invalid choice"),
+        ("aeros unheard-of", 2, "", "no command"),
     ],
 )
 def test_aeros_ends_and_prints_as_in_a_process_of_its_own(

@@ -46,7 +46,7 @@ def test_closure_decides_as_the_definition_and_takes_the_exact_path_only_when_it
         return is_true(term, env)
 
     monkeypatch.setattr(compiled, "is_true", counted)
-    _check(Closure(), 80)
+    _check(Closure(), 160)
     assert exact_calls > 10
 
 

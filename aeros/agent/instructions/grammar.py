@@ -19,7 +19,7 @@ from typing import Final
 from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.reasons.reason_clauses import without_reasons
-from aeros.agent.instructions.reasons.statements import is_remark, is_statement
+from aeros.agent.instructions.reasons.statements import is_free_remark, is_remark, is_statement
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.segments import COLON, COMMA, Link, Mood, Segment, Sentence, without_commas
 from aeros.agent.instructions.sentences.branches import with_branches
@@ -167,7 +167,9 @@ def _without_remarks(tokens: Words) -> tuple[Words, list[Segment]]:
         words = without_commas(part)
         if words in english.WITHDRAWALS:
             raise InstructionError(f"{quoted(' '.join(words))} may take back what is said before it")
-        if words and COLON not in words and (words in english.FREE_REMARKS or (kept and is_remark(words))):
+        # `please, the table is dirty, wipe it`: the remark is what `it` means
+        is_further = any(strip_openers(without_commas(one)) for one in kept)
+        if words and COLON not in words and (is_free_remark(words) or (is_further and is_remark(words))):
             remarks.append(Segment(Mood.REASON, words, Link.ADJUNCT))
         else:
             kept.append(part)

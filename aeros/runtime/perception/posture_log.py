@@ -42,9 +42,11 @@ class PostureLog:
             measured: measured values or readings by name.
         """
         joints = value_of(measured.get(policy.start_variable))
-        base = None if policy.base_variable is None else value_of(measured.get(policy.base_variable))
-        if joints is not None:
-            self._postures.append(Posture(now, joints, (0.0, 0.0, 0.0) if base is None else base))
+        base = (
+            (0.0, 0.0, 0.0) if policy.base_variable is None else value_of(measured.get(policy.base_variable))
+        )
+        if joints is not None and base is not None:
+            self._postures.append(Posture(now, joints, base))
 
     def at(self, time: float) -> Posture | None:
         """Return the posture at a time.

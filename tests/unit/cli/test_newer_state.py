@@ -48,7 +48,7 @@ IDENTITY = {"id": str(uuid4()), "name": "chef", "created": "2026", "sessions": 1
         ("phase.json", "aeros/phase/2", {"phase": "created"}, lambda state: Lifecycle(state, ignore)),
         ("crashes.json", "aeros/crashes/3", {"crashes": []}, crash),
         ("latest-run.json", "aeros/latest-run/2", {"out": "out", "pid": 1}, latest_run),
-        ("run.json", "aeros/run/3", {"instruction": "it"}, lambda state: load_run_options(arguments(state))),
+        ("run.json", "aeros/run/4", {"instruction": "it"}, lambda state: load_run_options(arguments(state))),
         ("trials.jsonl", "aeros/trial/2", {"condition": "", "seed": 1, "found": {}}, TrialStore),
     ],
 )

@@ -24,6 +24,12 @@ _OWN_MODALS: Final = frozenset({"can", "cannot", "could", "must", "should", "to"
 _FUTURE: Final = frozenset({"will", "ll"})
 
 
+_WHICH_ONE: Final = english.COLOURS | frozenset(
+    {"left", "right", "middle", "centre", "center", "half", "halves", "part", "side", "sides"}
+)
+"""Words of a remark that may say which thing or part is meant."""
+
+
 def is_remark(words: Words) -> bool:
     """Check if some words ask for nothing even after a request: they cannot take it back.
 
@@ -34,9 +40,11 @@ def is_remark(words: Words) -> bool:
         True for a declared remark, and for what people are, have or do without a word that may be about the
         request: `my guests are about to arrive`, and not `i did it` or `she says`.
     """
+    if not _WHICH_ONE.isdisjoint(words):
+        return False
     is_of_body = words[:1] in (("my",), ("our",)) and words[1:2] and words[1] in english.BODY
-    if words in english.FREE_REMARKS or (is_of_body and english.NO_STATEMENTS.isdisjoint(words)):
-        return len(words) > 1 or words in english.FREE_REMARKS
+    if is_free_remark(words) or (is_of_body and english.NO_STATEMENTS.isdisjoint(words)):
+        return len(words) > 1 or is_free_remark(words)
     words = _without_openers(words)
     names_person = words[:1] in _PERSON_SUBJECTS or (
         words[:1]
@@ -46,12 +54,24 @@ def is_remark(words: Words) -> bool:
     barred = english.BARRED_IN_REMARKS - _TO
     if not names_person and words[:1]:
         # `it is the one in the fridge` may say which thing is meant.
-        barred |= english.PLACES | english.POSITIONS | english.DIRECTIONS | english.COLOURS
+        barred |= english.PLACES | english.POSITIONS | english.DIRECTIONS | {"for"}
         if words[0] in _THINGS and any(one in english.DETERMINERS for one in words[1:3]):
             return False
         words = words if words[0] not in _THINGS else ("there", *words[1:])
     is_full = len(words) > _MIN_REMARK and barred.isdisjoint(words) and words[-1] not in _SPEECH
     return is_full and is_statement(words)
+
+
+def is_free_remark(words: Words) -> bool:
+    """Check if some words are a remark that may stand anywhere, and name no side, part or colour.
+
+    Args:
+        words: words between two pauses.
+
+    Returns:
+        True for `i love my guests`, and not for `i hate people at the left half`, which may say which part.
+    """
+    return words in english.FREE_REMARKS and _WHICH_ONE.isdisjoint(words)
 
 
 def _without_openers(words: Words) -> Words:
