@@ -46,6 +46,57 @@ def identifier(text: str) -> str:
     return name if name[:1].isalpha() else f"step_{name}".rstrip("_")
 
 
+@dataclass(frozen=True)
+class TreeScope:
+    """Blackboard of one tree: every tree has its own, and sees those of others by its ports alone.
+
+    Attributes:
+        ports: values of the ports of the tree, by name; entries in them have the mark of their tree.
+        mark: begins the names of the entries of this tree; empty for the outermost tree.
+        private_mark: begins the names of its entries that begin with `_`, which no other tree sees.
+    """
+
+    ports: Mapping[str, str] = field(default_factory=dict)
+    mark: str = ""
+    private_mark: str = ""
+
+    def resolve(self, port: str, written: str) -> str:
+        """Return a port's value, with the tree of an entry as its mark.
+
+        Args:
+            port: name of the port.
+            written: its value as the file has it; `=` and `{=}` are the entry that has the port's name.
+
+        Returns:
+            A value, or an entry in braces.
+        """
+        entry = port if written.strip() in ("=", "{=}") else blackboard_entry(written)
+        if entry is None:
+            return written
+        if entry.startswith("@"):
+            return f"{{{entry[1:]}}}"
+        mark = self.private_mark if entry.startswith("_") else self.mark
+        return self.ports.get(entry, f"{{{mark}{entry}}}")
+
+    def inner(self, ports: Mapping[str, str], number: int, *, is_remapped: bool) -> TreeScope:
+        """Return the blackboard of a subtree.
+
+        Args:
+            ports: its ports as its node has them, by name.
+            number: number of the subtree, which no other has.
+            is_remapped: its other entries are those of this tree with the same names.
+
+        Returns:
+            The blackboard.
+        """
+        mark = f"{number}\x1f"  # a character that XML cannot have
+        own = {port: self.resolve(port, written) for port, written in ports.items()}
+        if not is_remapped:
+            return TreeScope(own, mark, mark)
+        shared = {port: value for port, value in self.ports.items() if not port.startswith("_")}
+        return TreeScope({**shared, **own}, self.mark, mark)
+
+
 class LeafBinder:
     """Binder of the leaves of one tree.
 
@@ -72,13 +123,13 @@ class LeafBinder:
         leaf = leaf_name(node)
         return self._settings.skills.get(leaf, identifier(leaf))
 
-    def inputs(self, node: TreeNode, step: str, given: Mapping[str, str]) -> tuple[dict[str, Any], str]:
+    def inputs(self, node: TreeNode, step: str, scope: TreeScope) -> tuple[dict[str, Any], str]:
         """Convert the ports of an action.
 
         Args:
             node: the action.
             step: id of its step.
-            given: values of the ports of the tree around it, by name.
+            scope: blackboard of the tree around it.
 
         Returns:
             The inputs of the step, and a reason to refuse the action; empty if there is none.
@@ -87,7 +138,7 @@ class LeafBinder:
         outputs = self._library.output_ports.get(leaf_name(node), set())
         ports = {key: value for key, value in node.attributes.items() if key not in INERT}
         for port, written in ports.items() if not self._settings.ignore_ports else ():
-            value = resolve_port(written, given)
+            value = scope.resolve(port, written)
             entry = blackboard_entry(value)
             if port in outputs:
                 if entry is None:
@@ -96,7 +147,7 @@ class LeafBinder:
                         f"the output port `{port}` is not an entry of the blackboard, as `{{result}}` is",
                     )
                 if entry in self._outputs:
-                    return {}, f"a second leaf writes `{value}`; give each its own entry"
+                    return {}, f"a second leaf writes `{written}`; give each its own entry"
                 self._outputs[entry] = f"{step}.{identifier(port)}"
             elif entry is None:
                 inputs[identifier(port)] = value
@@ -104,7 +155,8 @@ class LeafBinder:
                 inputs[identifier(port)] = {"from": self._outputs[entry]}
             else:
                 return {}, (
-                    f"the port `{port}` reads `{value}`, which no leaf before it has as an output; "
+                    f"the port `{port}` reads `{written}`, which no leaf before it has as an output, or none "
+                    "of its own tree (a SubTree node has to pass it on as a port); "
                     "write a value, or leave ports out by --ignore-ports"
                 )
         return inputs, ""
@@ -196,17 +248,3 @@ def blackboard_entry(value: str) -> str | None:
     """
     found = re.fullmatch(r"\s*\{([^{}]*)\}\s*", value)
     return found.group(1) if found else None
-
-
-def resolve_port(value: str, ports: Mapping[str, str]) -> str:
-    """Replace a reference to a port of a subtree by the value that the subtree has for it.
-
-    Args:
-        value: value of an attribute.
-        ports: values of the ports, by name.
-
-    Returns:
-        The value.
-    """
-    entry = blackboard_entry(value)
-    return value if entry is None else ports.get(entry, value)

@@ -8,11 +8,11 @@ Source: https://www.behaviortree.dev/docs/category/nodes-library
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
-from aeros.apps.trees.leaves import ImportSettings, LeafBinder, identifier, resolve_port
+from aeros.apps.trees.leaves import ImportSettings, LeafBinder, TreeScope, identifier
 from aeros.apps.trees.library import TreeLibrary
 from aeros.apps.trees.supported_nodes import (
     FALLBACKS,
@@ -103,14 +103,14 @@ class _Place:
         trees: IDs of the trees around it, the innermost last.
         goes_on: something follows a failure of it.
         is_repeated: it may run again from its beginning.
-        ports: values of the ports of the innermost tree, by name.
+        scope: blackboard of the innermost tree.
         depth: number of nodes around it.
     """
 
     trees: tuple[str, ...]
     goes_on: bool = False
     is_repeated: bool = False
-    ports: Mapping[str, str] = field(default_factory=dict)
+    scope: TreeScope = field(default_factory=TreeScope)
     depth: int = 0
 
 
@@ -276,14 +276,19 @@ class _Importer:
         if name in place.trees:
             self.refuse(node, f"the tree `{name}` runs itself; a composition ends")
             return None
-        self._report(node, "", f"the tree `{name}`, written out")
-        own = {key: value for key, value in node.attributes.items() if not key.startswith("_")}
         ports = {
-            key: resolve_port(value, place.ports) for key, value in own.items() if key not in ("ID", "name")
+            key: value
+            for key, value in node.attributes.items()
+            if not key.startswith("_") and key not in ("ID", "name")
         }
-        if node.attributes.get("_autoremap", node.attributes.get("__autoremap", "")) in ("true", "1"):
-            ports = {**place.ports, **ports}
-        return self.part(tree.children[0], replace(place, trees=(*place.trees, name), ports=ports))
+        shared = node.attributes.get("__shared_blackboard", "false").lower() not in ("false", "0")
+        if shared:
+            self.refuse(node, "it shares its blackboard; let it remap the entries that it needs")
+            return None
+        remap = node.attributes.get("_autoremap", node.attributes.get("__autoremap", "false")).lower()
+        self._report(node, "", f"the tree `{name}`, written out")
+        scope = place.scope.inner(ports, len(self.reports), is_remapped=remap in ("true", "1"))
+        return self.part(tree.children[0], replace(place, trees=(*place.trees, name), scope=scope))
 
     def _leaf(self, node: TreeNode, place: _Place) -> PartForm | None:
         if self._leaves.kind(node) != "Action":
@@ -301,7 +306,7 @@ class _Importer:
         form: PartForm = {"skill": skill}
         if id_ != skill:
             form["id"] = id_
-        inputs, reason = self._leaves.inputs(node, id_, place.ports)
+        inputs, reason = self._leaves.inputs(node, id_, place.scope)
         if reason:
             self.refuse(node, reason)
             return None

@@ -132,6 +132,45 @@ def test_a_subtree_is_written_out_with_its_ports() -> None:
     assert found.part == {"seq": [first, second]}
 
 
+@pytest.mark.parametrize(
+    ("call", "is_imported"),
+    [
+        ('<SubTree ID="S"/>', False),
+        ('<SubTree ID="S" w="{w}"/>', True),
+        ('<SubTree ID="S" w="{=}"/>', True),
+        ('<SubTree ID="S" w="="/>', True),
+        ('<SubTree ID="S" w="{other}"/>', False),
+        ('<SubTree ID="S" _autoremap="true"/>', True),
+        ('<SubTree ID="S" _autoremap="false"/>', False),
+        ('<SubTree ID="S" __shared_blackboard="true"/>', False),
+    ],
+)
+def test_a_subtree_reads_only_the_entries_that_its_node_passes_on(call: str, is_imported: bool) -> None:
+    models = '<TreeNodesModel><Action ID="Look"><output_port name="width"/></Action></TreeNodesModel>'
+    sub = '<BehaviorTree ID="S">\n<Action ID="Grasp" by="{w}"/></BehaviorTree>'
+    found = tried(f'<Sequence><Action ID="Look" width="{{w}}"/>{call}</Sequence>', more=sub + models)
+    grasp = {"skill": "grasp", "inputs": {"by": {"from": "look.width"}}} | STOP
+    assert found.part == ({"seq": [{"skill": "look"} | STOP, grasp]} if is_imported else None)
+    if not is_imported and "shared" not in call:
+        assert (found.refused[0].line, "reads `{w}`" in found.refused[0].reason) == (5, True)
+
+
+def test_entries_of_two_subtrees_are_separate() -> None:
+    models = '<TreeNodesModel><Action ID="Look"><output_port name="width"/></Action></TreeNodesModel>'
+    sub = (
+        '<BehaviorTree ID="S"><Sequence><Action ID="Look" width="{w}"/>'
+        '<Action ID="Grasp" by="{w}"/></Sequence></BehaviorTree>'
+    )
+    body = '<Sequence><SubTree ID="S"/><SubTree ID="S"/></Sequence>'
+    found = tried(body, more=sub + models)
+    assert found.part is not None
+    assert [one["seq"][1]["inputs"]["by"]["from"] for one in found.part["seq"]] == [
+        *("look.width", "look_2.width")
+    ]
+    late = body.replace("</Seq", '<Action ID="Grasp" by="{w}"/></Seq')
+    assert "reads `{w}`" in tried(late, more=sub + models).refused[0].reason
+
+
 def test_a_declared_output_becomes_an_input() -> None:
     models = '<TreeNodesModel><Action ID="Look"><output_port name="width"/></Action></TreeNodesModel>'
     look = '<Action ID="Look" width="{w}"/>'
