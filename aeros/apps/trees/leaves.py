@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from aeros.apps.trees.library import TreeLibrary
+from aeros.apps.trees.library import LEAF_KINDS, TreeLibrary
 from aeros.apps.trees.supported_nodes import FALLBACKS, INERT, SEQUENCES, leaf_name, refusal_reason
 from aeros.apps.trees.tree_xml import TreeNode
+from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 
 STATE_CONDITION: Final = "StateCondition"
 """ID of a condition that has its expression as the port `expression`, as `aeros export bt` writes it."""
@@ -137,7 +138,11 @@ class LeafBinder:
         inputs: dict[str, Any] = {}
         outputs = self._library.output_ports.get(leaf_name(node), set())
         ports = {key: value for key, value in node.attributes.items() if key not in INERT}
+        named: dict[str, str] = {}
         for port, written in ports.items() if not self._settings.ignore_ports else ():
+            other = named.setdefault(identifier(port), port)
+            if other != port:
+                return {}, f"the ports `{other}` and `{port}` are both `{identifier(port)}`; rename one"
             value = scope.resolve(port, written)
             entry = blackboard_entry(value)
             if port in outputs:
@@ -226,14 +231,43 @@ class LeafBinder:
                 if len(known) < len(parts):
                     return None
                 return known[0] if len(known) == 1 else word.join(f"({one})" for one in known)
-        if self.kind(node) != "Condition":
+        if self.kind(node) != "Condition" or self.fault(node):
             return None
+        return self._expression(node)
+
+    def fault(self, node: TreeNode) -> str:
+        """Return the reason against a leaf that is a condition without an expression, or declared otherwise.
+
+        Args:
+            node: any node.
+
+        Returns:
+            The reason; empty if there is none.
+        """
+        leaf = leaf_name(node)
+        is_bound = leaf in self._settings.conditions or leaf in self._settings.skills
+        declared = self._library.leaf_kinds.get(leaf, node.tag)
+        if node.tag in LEAF_KINDS and declared != node.tag and not is_bound:
+            return f"it is declared as {declared}; correct that, or bind it by --action or --condition"
+        if self.kind(node) != "Condition":
+            return ""
+        ports = sorted(node.attributes.keys() - INERT)
+        if leaf == STATE_CONDITION and not is_bound:
+            if "expression" not in ports:
+                return "it has no `expression`; write the condition on the state there"
+        elif ports and not is_bound and not self._settings.ignore_ports:
+            return f"a condition on the state has no port `{ports[0]}`; bind the leaf by --condition"
+        text = self._expression(node)
+        try:
+            parse(text)
+        except ExpressionSyntaxError as error:
+            return f"`{text}` is not a condition on the state: {error.message}"
+        return ""
+
+    def _expression(self, node: TreeNode) -> str:
         leaf = leaf_name(node)
         if leaf == STATE_CONDITION and leaf not in self._settings.conditions:
-            return node.attributes.get("expression")
-        ports = node.attributes.keys() - INERT
-        if ports and leaf not in self._settings.conditions and not self._settings.ignore_ports:
-            return None
+            return node.attributes.get("expression", "")
         return self._settings.conditions.get(leaf, identifier(leaf))
 
 

@@ -140,7 +140,7 @@ class _Importer:
             )
             return None
         place = replace(place, depth=place.depth + 1)
-        reason = refusal_reason(node)
+        reason = refusal_reason(node) or self._leaves.fault(node)
         if reason:
             self.refuse(node, reason)
             self._look_inside(node, place)
@@ -282,12 +282,20 @@ class _Importer:
             if not key.startswith("_") and key not in ("ID", "name")
         }
         shared = node.attributes.get("__shared_blackboard", "false").lower() not in ("false", "0")
+        is_old = node.path in self._library.old_files and node.tag == "SubTree"
+        if is_old and ports:
+            reason = (
+                f'in a file without BTCPP_format="4", `{min(ports)}` of a SubTree is the name of an entry, '
+                "not a value; convert the file to format 4"
+            )
+            self.refuse(node, reason)
+            return None
         if shared:
             self.refuse(node, "it shares its blackboard; let it remap the entries that it needs")
             return None
         remap = node.attributes.get("_autoremap", node.attributes.get("__autoremap", "false")).lower()
         self._report(node, "", f"the tree `{name}`, written out")
-        scope = place.scope.inner(ports, len(self.reports), is_remapped=remap in ("true", "1"))
+        scope = place.scope.inner(ports, len(self.reports), is_remapped=remap in ("true", "1") and not is_old)
         return self.part(tree.children[0], replace(place, trees=(*place.trees, name), scope=scope))
 
     def _leaf(self, node: TreeNode, place: _Place) -> PartForm | None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.apps.trees.composition_text import ManifestConflictError, composition_text, with_composition
 from aeros.apps.trees.leaves import ImportSettings, identifier
-from aeros.apps.trees.library import collect_trees
+from aeros.apps.trees.library import collect_trees, leaf_names
 from aeros.apps.trees.tree_import import ImportedTree, NodeReport, import_tree
 from aeros.apps.trees.tree_xml import TreeFileError, read_tree_files
 from aeros.cli.arguments import add_command, existing_path
@@ -83,6 +83,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
     tree = arguments.tree or library.first_tree
     if tree not in library.trees:
         raise UsageError(_missing_tree(tree, library.trees))
+    for option, bound in (("--action", settings.skills), ("--condition", settings.conditions)):
+        _require_known(option, bound, leaf_names(library))
+    doubled = settings.skills.keys() & settings.conditions.keys()
+    if doubled:
+        raise UsageError(f"`{min(doubled)}` is bound both by --action and by --condition; leave out one")
     found = import_tree(library, tree, settings)
     name = identifier(arguments.name or tree)
     text = "" if found.part is None else composition_text(name, f"the behaviour tree {tree}", found.part)
@@ -110,6 +115,19 @@ def _bindings(given: Iterable[str], option: str) -> dict[str, str]:
             raise UsageError(f"`{option} {one}` is not of the form ID=VALUE")
         found[name.strip()] = value.strip()
     return found
+
+
+def _require_known(option: str, bound: Iterable[str], known: set[str]) -> None:
+    """Refuse a binding of a leaf that no tree has.
+
+    Raises:
+        UsageError: there is one.
+    """
+    for name in bound:
+        if name not in known:
+            nearest = did_you_mean(name, sorted(known))
+            cure = f"; did you mean `{nearest}`?" if nearest else ""
+            raise UsageError(f"`{option} {name}=…`: no leaf `{name}` is in these files{cure}")
 
 
 def _missing_tree(tree: str, known: Iterable[str]) -> str:

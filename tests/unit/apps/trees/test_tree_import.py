@@ -105,6 +105,14 @@ def test_a_node_becomes_a_part(body: str, part: dict[str, Any]) -> None:
             "</RetryUntilSuccessful>",
             "it would go on at its failed child",
         ),
+        (
+            f'<Sequence>\n<Condition ID="StateCondition" expression="holding) or (true"/>{A}</Sequence>',
+            "4: Condition `StateCondition`: `holding) or (true` is not a condition on the state",
+        ),
+        (f'<Sequence><Condition ID="StateCondition"/>{A}</Sequence>', "it has no `expression`"),
+        (f'<Sequence><Condition ID="Not"/>{A}</Sequence>', "`not` is not a condition on the state"),
+        (f'<Sequence><Condition ID="Near" to="2"/>{A}</Sequence>', "has no port `to`; bind the leaf"),
+        ('<Action ID="A" goalX="1" goal_x="2"/>', "the ports `goalX` and `goal_x` are both `goal_x`"),
         (f"<Switch2 variable='x'>{A}{B}{A}</Switch2>", "it reads a blackboard"),
     ],
 )
@@ -118,6 +126,10 @@ def test_leaves_are_bound_to_skills_and_expressions() -> None:
     settings = ImportSettings({"MoveTo": "arm.move"}, {"Near": "distance < 1 m"})
     found = tried("<Sequence><Near/><MoveTo/></Sequence>", settings)
     assert found.part == {"seq": [{"check": "distance < 1 m"}, {"skill": "arm.move", "id": "move"} | STOP]}
+    odd = ImportSettings({"MoveTo": "move"}, {"Near": "near) or (true"})
+    assert "`near) or (true` is not" in tried("<Sequence><Near/><MoveTo/></Sequence>", odd).refused[0].reason
+    models = '<TreeNodesModel><Condition ID="OpenGripper"/></TreeNodesModel>'
+    assert "it is declared as Condition" in tried(A, more=models).refused[0].reason
     assert tried("<MoveTo goal='{g}'/>", ImportSettings(assume_actions=True, ignore_ports=True)).part == (
         {"skill": "move_to"} | STOP
     )
@@ -153,6 +165,22 @@ def test_a_subtree_reads_only_the_entries_that_its_node_passes_on(call: str, is_
     assert found.part == ({"seq": [{"skill": "look"} | STOP, grasp]} if is_imported else None)
     if not is_imported and "shared" not in call:
         assert (found.refused[0].line, "reads `{w}`" in found.refused[0].reason) == (5, True)
+
+
+@pytest.mark.parametrize(
+    ("call", "reason"),
+    [
+        ('<SubTree ID="S" w="1"/>', 'in a file without BTCPP_format="4", `w` of a SubTree is the name'),
+        ('<SubTree ID="S" __autoremap="true"/>', "the port `by` reads `{w}`"),
+        ('<SubTreePlus ID="S" w="1"/>', ""),
+    ],
+)
+def test_attributes_of_subtrees_have_their_old_meaning_in_old_files(call: str, reason: str) -> None:
+    sub = '<BehaviorTree ID="S"><Action ID="Grasp" by="{w}"/></BehaviorTree>'
+    text = f'<root><BehaviorTree ID="T">{call}</BehaviorTree>{sub}</root>'
+    found = import_tree(collect_trees([parse_tree(text.encode(), "t.xml")]), "T", ImportSettings())
+    assert reason in "; ".join(one.reason for one in found.refused)
+    assert (found.part is None) == bool(reason)
 
 
 def test_entries_of_two_subtrees_are_separate() -> None:

@@ -73,6 +73,9 @@ def test_it_is_added_to_a_module(tree: Path, tmp_path: Path, capsys: pytest.Capt
     [
         (["--tree", "Tiddy"], Exit.USAGE, "no tree `Tiddy` is in these files; did you mean `Tidy`?"),
         (["--tree", "Other"], Exit.USAGE, "no tree `Other` is in these files"),
+        (["--action", "Sweeep=a"], Exit.USAGE, "no leaf `Sweeep` is in these files; did you mean `Sweep`?"),
+        (["--condition", "Xyzzy=a"], Exit.USAGE, "`--condition Xyzzy=…`: no leaf `Xyzzy` is in these files"),
+        (["--condition", "Sweep=a", "--action", "Sweep=b"], Exit.USAGE, "`Sweep` is bound both by --action"),
         (["--action", "Sweep"], Exit.USAGE, "`--action Sweep` is not of the form ID=VALUE"),
     ],
 )
