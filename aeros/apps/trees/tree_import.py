@@ -8,6 +8,7 @@ Source: https://www.behaviortree.dev/docs/category/nodes-library
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
@@ -118,6 +119,7 @@ class _Importer:
     def __init__(self, library: TreeLibrary, settings: ImportSettings) -> None:
         self._library = library
         self._leaves = LeafBinder(library, settings)
+        self._is_full = False
         self.reports: list[NodeReport] = []
 
     def refuse(self, node: TreeNode, reason: str) -> None:
@@ -131,7 +133,8 @@ class _Importer:
     def part(self, node: TreeNode, place: _Place) -> PartForm | None:
         """Import a node with everything inside it; None after a refusal."""
         if len(self.reports) >= MAX_NODES:
-            if len(self.reports) == MAX_NODES:
+            if not self._is_full:
+                self._is_full = True
                 self.refuse(node, f"the tree has more than {MAX_NODES} nodes with those of its subtrees")
             return None
         if place.depth > MAX_NODE_DEPTH:
@@ -247,11 +250,11 @@ class _Importer:
 
     def _retried(self, node: TreeNode, place: _Place) -> PartForm | None:
         tries = node.attributes.get("num_attempts", "")
-        if not tries.isascii() or not tries.isdigit() or not 1 <= int(tries) <= 101:
-            reason = f"`num_attempts` is {tries or 'missing'}; a composition needs a number from 1 to 101"
+        if not 1 <= _number(tries) <= 101:
+            reason = f"`num_attempts` is {_shown(tries)}; a composition needs a number from 1 to 101"
             return self._refuse_with_children(node, place, reason)
         self._report(node, "", f"retry: {int(tries) - 1}")
-        if tries == "1":
+        if int(tries) == 1:
             return self.part(node.children[0], place)
         part = self.part(node.children[0], replace(place, goes_on=True, is_repeated=True))
         if part is None:
@@ -261,8 +264,8 @@ class _Importer:
 
     def _repeated(self, node: TreeNode, place: _Place) -> PartForm | None:
         cycles = node.attributes.get("num_cycles", "")
-        if not cycles.isascii() or not cycles.isdigit() or not 1 <= int(cycles) <= MAX_REPEATS:
-            reason = f"`num_cycles` is {cycles or 'missing'}; a number from 1 to {MAX_REPEATS} is written out"
+        if not 1 <= _number(cycles) <= MAX_REPEATS:
+            reason = f"`num_cycles` is {_shown(cycles)}; a number from 1 to {MAX_REPEATS} is written out"
             return self._refuse_with_children(node, place, reason)
         self._report(node, "", f"{cycles} times one after the other")
         return _joined("seq", self._parts(node.children * int(cycles), replace(place, is_repeated=True)))
@@ -330,6 +333,15 @@ def _within(node: TreeNode) -> Iterator[TreeNode]:
     yield node
     for one in node.children:
         yield from _within(one)
+
+
+def _number(text: str) -> int:
+    """Return a number of at most nine digits; -1 for any other text."""
+    return int(text) if re.fullmatch(r"[0-9]{1,9}", text) else -1
+
+
+def _shown(number: str) -> str:
+    return f"{number[:20]}…" if len(number) > 20 else number or "missing"
 
 
 def _joined(form: str, parts: Sequence[PartForm | None]) -> PartForm | None:

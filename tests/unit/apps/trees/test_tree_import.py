@@ -89,6 +89,11 @@ def test_a_node_becomes_a_part(body: str, part: dict[str, Any]) -> None:
         ),
         (f'<RetryUntilSuccessful num_attempts="-1">{A}</RetryUntilSuccessful>', "`num_attempts` is -1"),
         (f'<RetryUntilSuccessful num_attempts="{{n}}">{A}</RetryUntilSuccessful>', "`num_attempts` is {n}"),
+        (f'<Repeat num_cycles="{"1" * 5000}">{A}</Repeat>', f"`num_cycles` is {'1' * 20}…;"),
+        (
+            f'<RetryUntilSuccessful num_attempts="{"1" * 5000}">{A}</RetryUntilSuccessful>',
+            f"`num_attempts` is {'1' * 20}…;",
+        ),
         (f'<Repeat num_cycles="99">{A}</Repeat>', "`num_cycles` is 99"),
         (f'<Parallel failure_count="2">{A}{B}</Parallel>', "it succeeds or fails with some of its children"),
         (f"<Parallel>{A}{C}</Parallel>", "a condition after an action is decided while the action runs"),
@@ -226,6 +231,9 @@ def test_a_tree_that_grows_without_end_is_refused() -> None:
     assert found.part is None
     assert f"more than {MAX_NODES} nodes" in found.refused[0].reason
     assert len(found.reports) <= MAX_NODES + 1
+    wide = tried(f"<Sequence>{A}<Fallback>{C * MAX_NODES}</Fallback>{A}</Sequence>")
+    assert (wide.part, len(wide.refused)) == (None, 1)
+    assert f"more than {MAX_NODES} nodes" in wide.refused[0].reason
 
 
 def test_a_tree_that_no_plan_can_hold_is_refused() -> None:
