@@ -97,9 +97,8 @@ def read_tree_files(paths: Iterable[Path]) -> list[TreeNode]:
             resolved = path.resolve()
         except (OSError, RuntimeError) as error:  # a link that leads back to itself
             at = included_at or TreeNode("", {}, str(path), 1)
-            raise TreeFileError(
-                at.path, at.line, f"{path} cannot be read: its links lead in a circle"
-            ) from error
+            reason = f"{path} cannot be read: its links lead in a circle, or cannot be followed"
+            raise TreeFileError(at.path, at.line, reason) from error
         if resolved in found:
             continue
         if included_at is not None and len(found) >= MAX_FILES:

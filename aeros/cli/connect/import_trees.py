@@ -19,6 +19,7 @@ from aeros.exit_codes import Exit, UsageError
 from aeros.files import replace_durably
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.text.files import read_source
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -63,9 +64,22 @@ def add_to(commands: Subparsers) -> None:
         "--assume-actions", action="store_true", help="take leaves that no file declares for actions"
     )
     parser.add_argument("--ignore-ports", action="store_true", help="leave out the ports of leaves")
-    parser.add_argument("--into", type=existing_path, metavar="MODULE", help="add it to a module's manifest")
+    parser.add_argument("--into", type=_manifest_path, metavar="MODULE", help="add it to a module's manifest")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.set_defaults(command=_command)
+
+
+def _manifest_path(text: str) -> Path:
+    """Parse the argument of a module's folder or manifest.
+
+    Raises:
+        argparse.ArgumentTypeError: it is neither.
+    """
+    path = existing_path(text)
+    manifest = path / "ecm.yaml" if path.is_dir() else path
+    if manifest.name != "ecm.yaml" or not manifest.is_file():
+        raise argparse.ArgumentTypeError(f"`{text}`: is neither a module's folder nor its `ecm.yaml`")
+    return path
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
@@ -145,13 +159,13 @@ def _missing_tree(tree: str, known: Iterable[str]) -> str:
 def _add_to_module(folder: Path, name: str, text: str) -> Exit:
     path = folder / "ecm.yaml" if folder.is_dir() else folder
     try:
-        manifest = path.read_text("utf-8")
+        manifest = read_source(path).text
         replace_durably(path, with_composition(manifest, name, text).encode(), is_private=False)
     except ManifestConflictError as error:
         print(f"aeros: {path}: {error}", file=sys.stderr)
         return Exit.REJECTED
-    except (OSError, UnicodeDecodeError) as error:
-        print(f"aeros: {path} cannot be read or written: {error}", file=sys.stderr)
+    except OSError as error:
+        print(f"aeros: {path} cannot be written: {error}", file=sys.stderr)
         return Exit.REJECTED
     print(f"added the composition `{name}` to {path}; `aeros verify {folder}` proves it", file=sys.stderr)
     return Exit.SUCCESS

@@ -65,7 +65,17 @@ def test_it_is_added_to_a_module(tree: Path, tmp_path: Path, capsys: pytest.Capt
     assert "  tidy:\n" in (module / "ecm.yaml").read_text()
     assert main(command) == Exit.REJECTED
     assert "it has a composition `tidy`; choose another name by --name" in capsys.readouterr().err
-    assert main(["import", "bt", str(tree), "--into", str(tmp_path / "tidy.xml")]) == Exit.SUCCESS
+    before = tree.read_bytes()
+    for other in (tree, tmp_path):
+        with pytest.raises(SystemExit, match=str(Exit.USAGE.value)):
+            main(["import", "bt", str(tree), "--into", str(other)])
+        assert "is neither a module's folder nor its `ecm.yaml`" in capsys.readouterr().err
+    assert tree.read_bytes() == before
+    manifest = module / "ecm.yaml"
+    manifest.write_text("id: [m\n")
+    assert main([*command, "--name", "other"]) == Exit.REJECTED
+    assert "cannot be read as a manifest" in capsys.readouterr().err
+    assert manifest.read_text() == "id: [m\n"
 
 
 @pytest.mark.parametrize(
