@@ -284,19 +284,25 @@ class _Importer:
             for key, value in node.attributes.items()
             if not key.startswith("_") and key not in ("ID", "name")
         }
-        shared = node.attributes.get("__shared_blackboard", "false").lower() not in ("false", "0")
-        is_old = node.path in self._library.old_files and node.tag == "SubTree"
+        is_old_file = node.path in self._library.old_files
+        is_old = is_old_file and node.tag == "SubTree"
+        right, other = ("__autoremap", "_autoremap") if is_old_file else ("_autoremap", "__autoremap")
+        reason = ""
         if is_old and ports:
             reason = (
                 f'in a file without BTCPP_format="4", `{min(ports)}` of a SubTree is the name of an entry, '
                 "not a value; convert the file to format 4"
             )
+        elif other in node.attributes:
+            reason = (
+                f'a file {"without" if is_old_file else "with"} BTCPP_format="4" has `{right}`, not `{other}`'
+            )
+        elif node.attributes.get("__shared_blackboard", "false").lower() not in ("false", "0"):
+            reason = "it shares its blackboard; let it remap the entries that it needs"
+        if reason:
             self.refuse(node, reason)
             return None
-        if shared:
-            self.refuse(node, "it shares its blackboard; let it remap the entries that it needs")
-            return None
-        remap = node.attributes.get("_autoremap", node.attributes.get("__autoremap", "false")).lower()
+        remap = node.attributes.get(right, "false").lower()
         self._report(node, "", f"the tree `{name}`, written out")
         scope = place.scope.inner(ports, len(self.reports), is_remapped=remap in ("true", "1") and not is_old)
         return self.part(tree.children[0], replace(place, trees=(*place.trees, name), scope=scope))

@@ -159,6 +159,7 @@ def test_a_subtree_is_written_out_with_its_ports() -> None:
         ('<SubTree ID="S" w="{other}"/>', False),
         ('<SubTree ID="S" _autoremap="true"/>', True),
         ('<SubTree ID="S" _autoremap="false"/>', False),
+        ('<SubTree ID="S" w="{w}" _autoremap="true"/>', True),
         ('<SubTree ID="S" __shared_blackboard="true"/>', False),
     ],
 )
@@ -178,6 +179,8 @@ def test_a_subtree_reads_only_the_entries_that_its_node_passes_on(call: str, is_
         ('<SubTree ID="S" w="1"/>', 'in a file without BTCPP_format="4", `w` of a SubTree is the name'),
         ('<SubTree ID="S" __autoremap="true"/>', "the port `by` reads `{w}`"),
         ('<SubTreePlus ID="S" w="1"/>', ""),
+        ('<SubTreePlus ID="S" w="1" __autoremap="1"/>', ""),
+        ('<SubTreePlus ID="S" w="1" _autoremap="1"/>', "has `__autoremap`, not `_autoremap`"),
     ],
 )
 def test_attributes_of_subtrees_have_their_old_meaning_in_old_files(call: str, reason: str) -> None:
