@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from aeros.apps.trees.library import TreeLibrary
+from aeros.apps.trees.library import LEAF_KINDS, TreeLibrary
 from aeros.apps.trees.supported_nodes import FALLBACKS, INERT, SEQUENCES, leaf_name, refusal_reason
 from aeros.apps.trees.tree_xml import TreeNode
+from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 
 STATE_CONDITION: Final = "StateCondition"
 """ID of a condition that has its expression as the port `expression`, as `aeros export bt` writes it."""
@@ -46,6 +47,57 @@ def identifier(text: str) -> str:
     return name if name[:1].isalpha() else f"step_{name}".rstrip("_")
 
 
+@dataclass(frozen=True)
+class TreeScope:
+    """Blackboard of one tree: every tree has its own, and sees those of others by its ports alone.
+
+    Attributes:
+        ports: values of the ports of the tree, by name; entries in them have the mark of their tree.
+        mark: begins the names of the entries of this tree; empty for the outermost tree.
+        private_mark: begins the names of its entries that begin with `_`, which no other tree sees.
+    """
+
+    ports: Mapping[str, str] = field(default_factory=dict)
+    mark: str = ""
+    private_mark: str = ""
+
+    def resolve(self, port: str, written: str) -> str:
+        """Return a port's value, with the tree of an entry as its mark.
+
+        Args:
+            port: name of the port.
+            written: its value as the file has it; `=` and `{=}` are the entry that has the port's name.
+
+        Returns:
+            A value, or an entry in braces.
+        """
+        entry = port if written.strip() in ("=", "{=}") else blackboard_entry(written)
+        if entry is None:
+            return written
+        if entry.startswith("@"):
+            return f"{{{entry[1:]}}}"
+        mark = self.private_mark if entry.startswith("_") else self.mark
+        return self.ports.get(entry, f"{{{mark}{entry}}}")
+
+    def inner(self, ports: Mapping[str, str], number: int, *, is_remapped: bool) -> TreeScope:
+        """Return the blackboard of a subtree.
+
+        Args:
+            ports: its ports as its node has them, by name.
+            number: number of the subtree, which no other has.
+            is_remapped: its other entries are those of this tree with the same names.
+
+        Returns:
+            The blackboard.
+        """
+        mark = f"{number}\x1f"  # a character that XML cannot have
+        own = {port: self.resolve(port, written) for port, written in ports.items()}
+        if not is_remapped:
+            return TreeScope(own, mark, mark)
+        shared = {port: value for port, value in self.ports.items() if not port.startswith("_")}
+        return TreeScope({**shared, **own}, self.mark, mark)
+
+
 class LeafBinder:
     """Binder of the leaves of one tree.
 
@@ -72,13 +124,13 @@ class LeafBinder:
         leaf = leaf_name(node)
         return self._settings.skills.get(leaf, identifier(leaf))
 
-    def inputs(self, node: TreeNode, step: str, given: Mapping[str, str]) -> tuple[dict[str, Any], str]:
+    def inputs(self, node: TreeNode, step: str, scope: TreeScope) -> tuple[dict[str, Any], str]:
         """Convert the ports of an action.
 
         Args:
             node: the action.
             step: id of its step.
-            given: values of the ports of the tree around it, by name.
+            scope: blackboard of the tree around it.
 
         Returns:
             The inputs of the step, and a reason to refuse the action; empty if there is none.
@@ -86,8 +138,12 @@ class LeafBinder:
         inputs: dict[str, Any] = {}
         outputs = self._library.output_ports.get(leaf_name(node), set())
         ports = {key: value for key, value in node.attributes.items() if key not in INERT}
+        named: dict[str, str] = {}
         for port, written in ports.items() if not self._settings.ignore_ports else ():
-            value = resolve_port(written, given)
+            other = named.setdefault(identifier(port), port)
+            if other != port:
+                return {}, f"the ports `{other}` and `{port}` are both `{identifier(port)}`; rename one"
+            value = scope.resolve(port, written)
             entry = blackboard_entry(value)
             if port in outputs:
                 if entry is None:
@@ -96,7 +152,7 @@ class LeafBinder:
                         f"the output port `{port}` is not an entry of the blackboard, as `{{result}}` is",
                     )
                 if entry in self._outputs:
-                    return {}, f"a second leaf writes `{value}`; give each its own entry"
+                    return {}, f"a second leaf writes `{written}`; give each its own entry"
                 self._outputs[entry] = f"{step}.{identifier(port)}"
             elif entry is None:
                 inputs[identifier(port)] = value
@@ -104,7 +160,8 @@ class LeafBinder:
                 inputs[identifier(port)] = {"from": self._outputs[entry]}
             else:
                 return {}, (
-                    f"the port `{port}` reads `{value}`, which no leaf before it has as an output; "
+                    f"the port `{port}` reads `{written}`, which no leaf before it has as an output, or none "
+                    "of its own tree (a SubTree node has to pass it on as a port); "
                     "write a value, or leave ports out by --ignore-ports"
                 )
         return inputs, ""
@@ -174,14 +231,43 @@ class LeafBinder:
                 if len(known) < len(parts):
                     return None
                 return known[0] if len(known) == 1 else word.join(f"({one})" for one in known)
-        if self.kind(node) != "Condition":
+        if self.kind(node) != "Condition" or self.fault(node):
             return None
+        return self._expression(node)
+
+    def fault(self, node: TreeNode) -> str:
+        """Return the reason against a leaf that is a condition without an expression, or declared otherwise.
+
+        Args:
+            node: any node.
+
+        Returns:
+            The reason; empty if there is none.
+        """
+        leaf = leaf_name(node)
+        is_bound = leaf in self._settings.conditions or leaf in self._settings.skills
+        declared = self._library.leaf_kinds.get(leaf, node.tag)
+        if node.tag in LEAF_KINDS and declared != node.tag and not is_bound:
+            return f"it is declared as {declared}; correct that, or bind it by --action or --condition"
+        if self.kind(node) != "Condition":
+            return ""
+        ports = sorted(node.attributes.keys() - INERT)
+        if leaf == STATE_CONDITION and not is_bound:
+            if "expression" not in ports:
+                return "it has no `expression`; write the condition on the state there"
+        elif ports and not is_bound and not self._settings.ignore_ports:
+            return f"a condition on the state has no port `{ports[0]}`; bind the leaf by --condition"
+        text = self._expression(node)
+        try:
+            parse(text)
+        except ExpressionSyntaxError as error:
+            return f"`{text}` is not a condition on the state: {error.message}"
+        return ""
+
+    def _expression(self, node: TreeNode) -> str:
         leaf = leaf_name(node)
         if leaf == STATE_CONDITION and leaf not in self._settings.conditions:
-            return node.attributes.get("expression")
-        ports = node.attributes.keys() - INERT
-        if ports and leaf not in self._settings.conditions and not self._settings.ignore_ports:
-            return None
+            return node.attributes.get("expression", "")
         return self._settings.conditions.get(leaf, identifier(leaf))
 
 
@@ -196,17 +282,3 @@ def blackboard_entry(value: str) -> str | None:
     """
     found = re.fullmatch(r"\s*\{([^{}]*)\}\s*", value)
     return found.group(1) if found else None
-
-
-def resolve_port(value: str, ports: Mapping[str, str]) -> str:
-    """Replace a reference to a port of a subtree by the value that the subtree has for it.
-
-    Args:
-        value: value of an attribute.
-        ports: values of the ports, by name.
-
-    Returns:
-        The value.
-    """
-    entry = blackboard_entry(value)
-    return value if entry is None else ports.get(entry, value)

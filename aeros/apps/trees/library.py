@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
-from aeros.apps.trees.supported_nodes import is_built_in
+from aeros.apps.trees.supported_nodes import is_built_in, leaf_name
 from aeros.apps.trees.tree_xml import TreeFileError, TreeNode
 
 LEAF_KINDS = ("Action", "Condition")
@@ -22,12 +22,14 @@ class TreeLibrary:
             other tree runs; empty if there is none.
         leaf_kinds: `Action` or `Condition` by ID of a leaf, as `<TreeNodesModel>` declares it.
         output_ports: names of the output ports of each declared leaf.
+        old_files: files that are not of format 4, in which attributes of `SubTree` mean something else.
     """
 
     trees: dict[str, TreeNode] = field(default_factory=dict)
     first_tree: str = ""
     leaf_kinds: dict[str, str] = field(default_factory=dict)
     output_ports: dict[str, set[str]] = field(default_factory=dict)
+    old_files: set[str] = field(default_factory=set)
 
 
 def collect_trees(files: Iterable[TreeNode]) -> TreeLibrary:
@@ -40,13 +42,16 @@ def collect_trees(files: Iterable[TreeNode]) -> TreeLibrary:
         The trees.
 
     Raises:
-        TreeFileError: a file has no tree, or a tree has no ID, one of another tree, or no single node.
+        TreeFileError: a file has no tree, or a tree has no ID, one of another tree, or no single node, or a
+            leaf is declared both an action and a condition.
     """
     found = TreeLibrary()
     for number, file in enumerate(files):
         if file.tag != "root":
             reason = f'begins with <{file.tag}>, not with <root BTCPP_format="4">'
             raise TreeFileError(file.path, file.line, reason)
+        if file.attributes.get("BTCPP_format") != "4":
+            found.old_files.add(file.path)
         own = [one for one in file.children if one.tag == "BehaviorTree"]
         for tree in own:
             name = tree.attributes.get("ID", "") or ("" if len(own) > 1 else "BehaviorTree")
@@ -104,10 +109,32 @@ def called_trees(tree: TreeNode) -> Iterator[str]:
         pending += reversed(one.children)
 
 
+def leaf_names(library: TreeLibrary) -> set[str]:
+    """Return the IDs of all leaves that trees have.
+
+    Args:
+        library: the trees.
+
+    Returns:
+        The IDs.
+    """
+    found = set()
+    pending = [one for tree in library.trees.values() for one in tree.children]
+    while pending:
+        one = pending.pop()
+        pending += one.children
+        if not one.children and one.tag not in ("SubTree", "SubTreePlus"):
+            found.add(leaf_name(one))
+    return found
+
+
 def _declare_leaves(model: TreeNode, found: TreeLibrary) -> None:
     for leaf in model.children:
         name = leaf.attributes.get("ID", "")
         if leaf.tag in LEAF_KINDS and name:
+            if found.leaf_kinds.get(name, leaf.tag) != leaf.tag:
+                reason = f"`{name}` is declared both an Action and a Condition; remove one declaration"
+                raise TreeFileError(leaf.path, leaf.line, reason)
             found.leaf_kinds[name] = leaf.tag
             ports = {port.attributes.get("name", "") for port in leaf.children if port.tag == "output_port"}
             found.output_ports[name] = ports

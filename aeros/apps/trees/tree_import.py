@@ -8,11 +8,12 @@ Source: https://www.behaviortree.dev/docs/category/nodes-library
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
-from aeros.apps.trees.leaves import ImportSettings, LeafBinder, identifier, resolve_port
+from aeros.apps.trees.leaves import ImportSettings, LeafBinder, TreeScope, identifier
 from aeros.apps.trees.library import TreeLibrary
 from aeros.apps.trees.supported_nodes import (
     FALLBACKS,
@@ -103,14 +104,14 @@ class _Place:
         trees: IDs of the trees around it, the innermost last.
         goes_on: something follows a failure of it.
         is_repeated: it may run again from its beginning.
-        ports: values of the ports of the innermost tree, by name.
+        scope: blackboard of the innermost tree.
         depth: number of nodes around it.
     """
 
     trees: tuple[str, ...]
     goes_on: bool = False
     is_repeated: bool = False
-    ports: Mapping[str, str] = field(default_factory=dict)
+    scope: TreeScope = field(default_factory=TreeScope)
     depth: int = 0
 
 
@@ -118,6 +119,7 @@ class _Importer:
     def __init__(self, library: TreeLibrary, settings: ImportSettings) -> None:
         self._library = library
         self._leaves = LeafBinder(library, settings)
+        self._is_full = False
         self.reports: list[NodeReport] = []
 
     def refuse(self, node: TreeNode, reason: str) -> None:
@@ -131,7 +133,8 @@ class _Importer:
     def part(self, node: TreeNode, place: _Place) -> PartForm | None:
         """Import a node with everything inside it; None after a refusal."""
         if len(self.reports) >= MAX_NODES:
-            if len(self.reports) == MAX_NODES:
+            if not self._is_full:
+                self._is_full = True
                 self.refuse(node, f"the tree has more than {MAX_NODES} nodes with those of its subtrees")
             return None
         if place.depth > MAX_NODE_DEPTH:
@@ -140,7 +143,7 @@ class _Importer:
             )
             return None
         place = replace(place, depth=place.depth + 1)
-        reason = refusal_reason(node)
+        reason = refusal_reason(node) or self._leaves.fault(node)
         if reason:
             self.refuse(node, reason)
             self._look_inside(node, place)
@@ -247,11 +250,11 @@ class _Importer:
 
     def _retried(self, node: TreeNode, place: _Place) -> PartForm | None:
         tries = node.attributes.get("num_attempts", "")
-        if not tries.isascii() or not tries.isdigit() or not 1 <= int(tries) <= 101:
-            reason = f"`num_attempts` is {tries or 'missing'}; a composition needs a number from 1 to 101"
+        if not 1 <= _number(tries) <= 101:
+            reason = f"`num_attempts` is {_shown(tries)}; a composition needs a number from 1 to 101"
             return self._refuse_with_children(node, place, reason)
         self._report(node, "", f"retry: {int(tries) - 1}")
-        if tries == "1":
+        if int(tries) == 1:
             return self.part(node.children[0], place)
         part = self.part(node.children[0], replace(place, goes_on=True, is_repeated=True))
         if part is None:
@@ -261,8 +264,8 @@ class _Importer:
 
     def _repeated(self, node: TreeNode, place: _Place) -> PartForm | None:
         cycles = node.attributes.get("num_cycles", "")
-        if not cycles.isascii() or not cycles.isdigit() or not 1 <= int(cycles) <= MAX_REPEATS:
-            reason = f"`num_cycles` is {cycles or 'missing'}; a number from 1 to {MAX_REPEATS} is written out"
+        if not 1 <= _number(cycles) <= MAX_REPEATS:
+            reason = f"`num_cycles` is {_shown(cycles)}; a number from 1 to {MAX_REPEATS} is written out"
             return self._refuse_with_children(node, place, reason)
         self._report(node, "", f"{cycles} times one after the other")
         return _joined("seq", self._parts(node.children * int(cycles), replace(place, is_repeated=True)))
@@ -276,14 +279,33 @@ class _Importer:
         if name in place.trees:
             self.refuse(node, f"the tree `{name}` runs itself; a composition ends")
             return None
-        self._report(node, "", f"the tree `{name}`, written out")
-        own = {key: value for key, value in node.attributes.items() if not key.startswith("_")}
         ports = {
-            key: resolve_port(value, place.ports) for key, value in own.items() if key not in ("ID", "name")
+            key: value
+            for key, value in node.attributes.items()
+            if not key.startswith("_") and key not in ("ID", "name")
         }
-        if node.attributes.get("_autoremap", node.attributes.get("__autoremap", "")) in ("true", "1"):
-            ports = {**place.ports, **ports}
-        return self.part(tree.children[0], replace(place, trees=(*place.trees, name), ports=ports))
+        is_old_file = node.path in self._library.old_files
+        is_old = is_old_file and node.tag == "SubTree"
+        right, other = ("__autoremap", "_autoremap") if is_old_file else ("_autoremap", "__autoremap")
+        reason = ""
+        if is_old and ports:
+            reason = (
+                f'in a file without BTCPP_format="4", `{min(ports)}` of a SubTree is the name of an entry, '
+                "not a value; convert the file to format 4"
+            )
+        elif other in node.attributes:
+            reason = (
+                f'a file {"without" if is_old_file else "with"} BTCPP_format="4" has `{right}`, not `{other}`'
+            )
+        elif node.attributes.get("__shared_blackboard", "false").lower() not in ("false", "0"):
+            reason = "it shares its blackboard; let it remap the entries that it needs"
+        if reason:
+            self.refuse(node, reason)
+            return None
+        remap = node.attributes.get(right, "false").lower()
+        self._report(node, "", f"the tree `{name}`, written out")
+        scope = place.scope.inner(ports, len(self.reports), is_remapped=remap in ("true", "1") and not is_old)
+        return self.part(tree.children[0], replace(place, trees=(*place.trees, name), scope=scope))
 
     def _leaf(self, node: TreeNode, place: _Place) -> PartForm | None:
         if self._leaves.kind(node) != "Action":
@@ -301,7 +323,7 @@ class _Importer:
         form: PartForm = {"skill": skill}
         if id_ != skill:
             form["id"] = id_
-        inputs, reason = self._leaves.inputs(node, id_, place.ports)
+        inputs, reason = self._leaves.inputs(node, id_, place.scope)
         if reason:
             self.refuse(node, reason)
             return None
@@ -317,6 +339,15 @@ def _within(node: TreeNode) -> Iterator[TreeNode]:
     yield node
     for one in node.children:
         yield from _within(one)
+
+
+def _number(text: str) -> int:
+    """Return a number of at most nine digits; -1 for any other text."""
+    return int(text) if re.fullmatch(r"[0-9]{1,9}", text) else -1
+
+
+def _shown(number: str) -> str:
+    return f"{number[:20]}…" if len(number) > 20 else number or "missing"
 
 
 def _joined(form: str, parts: Sequence[PartForm | None]) -> PartForm | None:

@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any, Final
 from xml.parsers import expat
 
+from aeros.files import open_regular
+
 MAX_BYTES: Final = 10_000_000
 MAX_DEPTH: Final = 200
 MAX_FILES: Final = 500
@@ -67,7 +69,7 @@ def read_tree_file(path: Path) -> TreeNode:
         TreeFileError: it cannot be read, is no well-formed XML, declares a document type, or is too large.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             content = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else "its name is not a path"
@@ -91,7 +93,13 @@ def read_tree_files(paths: Iterable[Path]) -> list[TreeNode]:
     pending: list[tuple[Path, TreeNode | None]] = [(path, None) for path in paths]
     while pending:
         path, included_at = pending.pop(0)
-        if path.resolve() in found:
+        try:
+            resolved = path.resolve()
+        except (OSError, RuntimeError) as error:  # a link that leads back to itself
+            at = included_at or TreeNode("", {}, str(path), 1)
+            reason = f"{path} cannot be read: its links lead in a circle, or cannot be followed"
+            raise TreeFileError(at.path, at.line, reason) from error
+        if resolved in found:
             continue
         if included_at is not None and len(found) >= MAX_FILES:
             reason = f"more than {MAX_FILES} files are included"
@@ -102,7 +110,7 @@ def read_tree_files(paths: Iterable[Path]) -> list[TreeNode]:
             if included_at is None or error.line > 1:
                 raise
             raise TreeFileError(included_at.path, included_at.line, f"includes {error}") from error
-        found[path.resolve()] = root
+        found[resolved] = root
         for include in (one for one in root.children if one.tag == "include"):
             name = include.attributes.get("path", "")
             if not name or "ros_pkg" in include.attributes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aeros.apps.trees.tree_export import UnexportableError, export_tree
@@ -43,9 +44,23 @@ def add_to(commands: Subparsers) -> None:
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
     parser.add_argument(
-        "--output", type=writable_path, metavar="FILE", help="write to a file (default: standard output)"
+        "--output", type=_file_path, metavar="FILE", help="write to a file (default: standard output)"
     )
     parser.set_defaults(command=_command)
+
+
+def _file_path(text: str) -> Path:
+    """Parse the path of a file to write: a new one, or one that may be replaced.
+
+    Raises:
+        argparse.ArgumentTypeError: something else is there, as a device or a pipe.
+    """
+    path = writable_path(text)
+    if path.exists() and not path.is_file():
+        raise argparse.ArgumentTypeError(
+            f"`{text}`: is not a regular file; leave out the option to print the tree"
+        )
+    return path
 
 
 def _command(arguments: argparse.Namespace) -> Exit:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.apps.trees.composition_text import ManifestConflictError, composition_text, with_composition
 from aeros.apps.trees.leaves import ImportSettings, identifier
-from aeros.apps.trees.library import collect_trees
+from aeros.apps.trees.library import collect_trees, leaf_names
 from aeros.apps.trees.tree_import import ImportedTree, NodeReport, import_tree
 from aeros.apps.trees.tree_xml import TreeFileError, read_tree_files
 from aeros.cli.arguments import add_command, existing_path
@@ -19,6 +19,7 @@ from aeros.exit_codes import Exit, UsageError
 from aeros.files import replace_durably
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.text.files import read_source
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -63,9 +64,22 @@ def add_to(commands: Subparsers) -> None:
         "--assume-actions", action="store_true", help="take leaves that no file declares for actions"
     )
     parser.add_argument("--ignore-ports", action="store_true", help="leave out the ports of leaves")
-    parser.add_argument("--into", type=existing_path, metavar="MODULE", help="add it to a module's manifest")
+    parser.add_argument("--into", type=_manifest_path, metavar="MODULE", help="add it to a module's manifest")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.set_defaults(command=_command)
+
+
+def _manifest_path(text: str) -> Path:
+    """Parse the argument of a module's folder or manifest.
+
+    Raises:
+        argparse.ArgumentTypeError: it is neither.
+    """
+    path = existing_path(text)
+    manifest = path / "ecm.yaml" if path.is_dir() else path
+    if manifest.name != "ecm.yaml" or not manifest.is_file():
+        raise argparse.ArgumentTypeError(f"`{text}`: is neither a module's folder nor its `ecm.yaml`")
+    return path
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
@@ -83,6 +97,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
     tree = arguments.tree or library.first_tree
     if tree not in library.trees:
         raise UsageError(_missing_tree(tree, library.trees))
+    for option, bound in (("--action", settings.skills), ("--condition", settings.conditions)):
+        _require_known(option, bound, leaf_names(library))
+    doubled = settings.skills.keys() & settings.conditions.keys()
+    if doubled:
+        raise UsageError(f"`{min(doubled)}` is bound both by --action and by --condition; leave out one")
     found = import_tree(library, tree, settings)
     name = identifier(arguments.name or tree)
     text = "" if found.part is None else composition_text(name, f"the behaviour tree {tree}", found.part)
@@ -112,6 +131,19 @@ def _bindings(given: Iterable[str], option: str) -> dict[str, str]:
     return found
 
 
+def _require_known(option: str, bound: Iterable[str], known: set[str]) -> None:
+    """Refuse a binding of a leaf that no tree has.
+
+    Raises:
+        UsageError: there is one.
+    """
+    for name in bound:
+        if name not in known:
+            nearest = did_you_mean(name, sorted(known))
+            cure = f"; did you mean `{nearest}`?" if nearest else ""
+            raise UsageError(f"`{option} {name}=…`: no leaf `{name}` is in these files{cure}")
+
+
 def _missing_tree(tree: str, known: Iterable[str]) -> str:
     listed = ", ".join(f"`{one}`" for one in sorted(known))
     if not listed:
@@ -127,13 +159,13 @@ def _missing_tree(tree: str, known: Iterable[str]) -> str:
 def _add_to_module(folder: Path, name: str, text: str) -> Exit:
     path = folder / "ecm.yaml" if folder.is_dir() else folder
     try:
-        manifest = path.read_text("utf-8")
+        manifest = read_source(path).text
         replace_durably(path, with_composition(manifest, name, text).encode(), is_private=False)
     except ManifestConflictError as error:
         print(f"aeros: {path}: {error}", file=sys.stderr)
         return Exit.REJECTED
-    except (OSError, UnicodeDecodeError) as error:
-        print(f"aeros: {path} cannot be read or written: {error}", file=sys.stderr)
+    except OSError as error:
+        print(f"aeros: {path} cannot be written: {error}", file=sys.stderr)
         return Exit.REJECTED
     print(f"added the composition `{name}` to {path}; `aeros verify {folder}` proves it", file=sys.stderr)
     return Exit.SUCCESS

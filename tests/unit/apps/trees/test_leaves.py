@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.apps.trees.leaves import ImportSettings, LeafBinder, blackboard_entry, resolve_port
+from aeros.apps.trees.leaves import ImportSettings, LeafBinder, TreeScope, blackboard_entry
 from aeros.apps.trees.library import TreeLibrary
 from aeros.apps.trees.tree_xml import TreeNode, parse_tree
 
@@ -46,8 +46,17 @@ def test_ports_refer_to_the_blackboard_or_are_values() -> None:
     assert [blackboard_entry(one) for one in ("{goal}", " {goal} ", "goal", "{a}{b}", "1 m")] == [
         *("goal", "goal", None, None, None)
     ]
-    assert resolve_port("{goal}", {"goal": "home"}) == "home"
-    assert resolve_port("{goal}", {}) == "{goal}"
+    outer = TreeScope({"goal": "home", "_own": "x"})
+    assert [outer.resolve("p", one) for one in ("{goal}", "{other}", "{=}", "=", "5")] == [
+        *("home", "{other}", "{p}", "{p}", "5")
+    ]
+    inner = outer.inner({"to": "{goal}", "by": "{other}"}, 1, is_remapped=False)
+    assert [inner.resolve("to", one) for one in ("{=}", "{by}", "{@root}")] == ["home", "{other}", "{root}"]
+    assert inner.resolve("p", "{goal}") == "{1\x1fgoal}"
+    remapped = outer.inner({}, 2, is_remapped=True)
+    assert [remapped.resolve("p", one) for one in ("{goal}", "{x}", "{_own}")] == [
+        *("home", "{x}", "{2\x1f_own}")
+    ]
 
 
 def test_every_step_gets_an_id_of_its_own() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.apps.trees.library import TreeLibrary, called_trees, collect_trees
+from aeros.apps.trees.library import TreeLibrary, called_trees, collect_trees, leaf_names
 from aeros.apps.trees.tree_xml import TreeFileError, parse_tree
 
 
@@ -43,11 +43,19 @@ def test_leaves_are_declared() -> None:
     found = library(f"<root>{tree('A')}{model}</root>")
     assert found.leaf_kinds == {"C": "Condition", "A": "Action"}
     assert found.output_ports["A"] == {"out"}
+    calls = tree("A", '<Sequence><B/><SubTree ID="S"/></Sequence>')
+    new = library(f'<root BTCPP_format="4">{calls}</root>')
+    assert (leaf_names(found), leaf_names(new)) == ({"A"}, {"B"})
+    assert (found.old_files, new.old_files) == ({"0.xml"}, set())
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        (
+            f"<root>{tree('A')}<TreeNodesModel><Action ID='X'/>\n<Condition ID='X'/></TreeNodesModel></root>",
+            "0.xml:2: `X` is declared both an Action and a Condition",
+        ),
         ("<tree/>", 'begins with <tree>, not with <root BTCPP_format="4">'),
         (f"<root>{tree('A')}\n{tree('A')}</root>", "0.xml:2: a second tree has the ID `A`"),
         (

@@ -89,6 +89,11 @@ def test_a_node_becomes_a_part(body: str, part: dict[str, Any]) -> None:
         ),
         (f'<RetryUntilSuccessful num_attempts="-1">{A}</RetryUntilSuccessful>', "`num_attempts` is -1"),
         (f'<RetryUntilSuccessful num_attempts="{{n}}">{A}</RetryUntilSuccessful>', "`num_attempts` is {n}"),
+        (f'<Repeat num_cycles="{"1" * 5000}">{A}</Repeat>', f"`num_cycles` is {'1' * 20}…;"),
+        (
+            f'<RetryUntilSuccessful num_attempts="{"1" * 5000}">{A}</RetryUntilSuccessful>',
+            f"`num_attempts` is {'1' * 20}…;",
+        ),
         (f'<Repeat num_cycles="99">{A}</Repeat>', "`num_cycles` is 99"),
         (f'<Parallel failure_count="2">{A}{B}</Parallel>', "it succeeds or fails with some of its children"),
         (f"<Parallel>{A}{C}</Parallel>", "a condition after an action is decided while the action runs"),
@@ -105,6 +110,14 @@ def test_a_node_becomes_a_part(body: str, part: dict[str, Any]) -> None:
             "</RetryUntilSuccessful>",
             "it would go on at its failed child",
         ),
+        (
+            f'<Sequence>\n<Condition ID="StateCondition" expression="holding) or (true"/>{A}</Sequence>',
+            "4: Condition `StateCondition`: `holding) or (true` is not a condition on the state",
+        ),
+        (f'<Sequence><Condition ID="StateCondition"/>{A}</Sequence>', "it has no `expression`"),
+        (f'<Sequence><Condition ID="Not"/>{A}</Sequence>', "`not` is not a condition on the state"),
+        (f'<Sequence><Condition ID="Near" to="2"/>{A}</Sequence>', "has no port `to`; bind the leaf"),
+        ('<Action ID="A" goalX="1" goal_x="2"/>', "the ports `goalX` and `goal_x` are both `goal_x`"),
         (f"<Switch2 variable='x'>{A}{B}{A}</Switch2>", "it reads a blackboard"),
     ],
 )
@@ -118,6 +131,10 @@ def test_leaves_are_bound_to_skills_and_expressions() -> None:
     settings = ImportSettings({"MoveTo": "arm.move"}, {"Near": "distance < 1 m"})
     found = tried("<Sequence><Near/><MoveTo/></Sequence>", settings)
     assert found.part == {"seq": [{"check": "distance < 1 m"}, {"skill": "arm.move", "id": "move"} | STOP]}
+    odd = ImportSettings({"MoveTo": "move"}, {"Near": "near) or (true"})
+    assert "`near) or (true` is not" in tried("<Sequence><Near/><MoveTo/></Sequence>", odd).refused[0].reason
+    models = '<TreeNodesModel><Condition ID="OpenGripper"/></TreeNodesModel>'
+    assert "it is declared as Condition" in tried(A, more=models).refused[0].reason
     assert tried("<MoveTo goal='{g}'/>", ImportSettings(assume_actions=True, ignore_ports=True)).part == (
         {"skill": "move_to"} | STOP
     )
@@ -130,6 +147,64 @@ def test_a_subtree_is_written_out_with_its_ports() -> None:
     first = {"skill": "move", "inputs": {"speed": "1 m/s"}} | STOP
     second = {"skill": "move", "id": "move_2", "inputs": {"speed": "2 m/s"}} | STOP
     assert found.part == {"seq": [first, second]}
+
+
+@pytest.mark.parametrize(
+    ("call", "is_imported"),
+    [
+        ('<SubTree ID="S"/>', False),
+        ('<SubTree ID="S" w="{w}"/>', True),
+        ('<SubTree ID="S" w="{=}"/>', True),
+        ('<SubTree ID="S" w="="/>', True),
+        ('<SubTree ID="S" w="{other}"/>', False),
+        ('<SubTree ID="S" _autoremap="true"/>', True),
+        ('<SubTree ID="S" _autoremap="false"/>', False),
+        ('<SubTree ID="S" w="{w}" _autoremap="true"/>', True),
+        ('<SubTree ID="S" __shared_blackboard="true"/>', False),
+    ],
+)
+def test_a_subtree_reads_only_the_entries_that_its_node_passes_on(call: str, is_imported: bool) -> None:
+    models = '<TreeNodesModel><Action ID="Look"><output_port name="width"/></Action></TreeNodesModel>'
+    sub = '<BehaviorTree ID="S">\n<Action ID="Grasp" by="{w}"/></BehaviorTree>'
+    found = tried(f'<Sequence><Action ID="Look" width="{{w}}"/>{call}</Sequence>', more=sub + models)
+    grasp = {"skill": "grasp", "inputs": {"by": {"from": "look.width"}}} | STOP
+    assert found.part == ({"seq": [{"skill": "look"} | STOP, grasp]} if is_imported else None)
+    if not is_imported and "shared" not in call:
+        assert (found.refused[0].line, "reads `{w}`" in found.refused[0].reason) == (5, True)
+
+
+@pytest.mark.parametrize(
+    ("call", "reason"),
+    [
+        ('<SubTree ID="S" w="1"/>', 'in a file without BTCPP_format="4", `w` of a SubTree is the name'),
+        ('<SubTree ID="S" __autoremap="true"/>', "the port `by` reads `{w}`"),
+        ('<SubTreePlus ID="S" w="1"/>', ""),
+        ('<SubTreePlus ID="S" w="1" __autoremap="1"/>', ""),
+        ('<SubTreePlus ID="S" w="1" _autoremap="1"/>', "has `__autoremap`, not `_autoremap`"),
+    ],
+)
+def test_attributes_of_subtrees_have_their_old_meaning_in_old_files(call: str, reason: str) -> None:
+    sub = '<BehaviorTree ID="S"><Action ID="Grasp" by="{w}"/></BehaviorTree>'
+    text = f'<root><BehaviorTree ID="T">{call}</BehaviorTree>{sub}</root>'
+    found = import_tree(collect_trees([parse_tree(text.encode(), "t.xml")]), "T", ImportSettings())
+    assert reason in "; ".join(one.reason for one in found.refused)
+    assert (found.part is None) == bool(reason)
+
+
+def test_entries_of_two_subtrees_are_separate() -> None:
+    models = '<TreeNodesModel><Action ID="Look"><output_port name="width"/></Action></TreeNodesModel>'
+    sub = (
+        '<BehaviorTree ID="S"><Sequence><Action ID="Look" width="{w}"/>'
+        '<Action ID="Grasp" by="{w}"/></Sequence></BehaviorTree>'
+    )
+    body = '<Sequence><SubTree ID="S"/><SubTree ID="S"/></Sequence>'
+    found = tried(body, more=sub + models)
+    assert found.part is not None
+    assert [one["seq"][1]["inputs"]["by"]["from"] for one in found.part["seq"]] == [
+        *("look.width", "look_2.width")
+    ]
+    late = body.replace("</Seq", '<Action ID="Grasp" by="{w}"/></Seq')
+    assert "reads `{w}`" in tried(late, more=sub + models).refused[0].reason
 
 
 def test_a_declared_output_becomes_an_input() -> None:
@@ -159,6 +234,9 @@ def test_a_tree_that_grows_without_end_is_refused() -> None:
     assert found.part is None
     assert f"more than {MAX_NODES} nodes" in found.refused[0].reason
     assert len(found.reports) <= MAX_NODES + 1
+    wide = tried(f"<Sequence>{A}<Fallback>{C * MAX_NODES}</Fallback>{A}</Sequence>")
+    assert (wide.part, len(wide.refused)) == (None, 1)
+    assert f"more than {MAX_NODES} nodes" in wide.refused[0].reason
 
 
 def test_a_tree_that_no_plan_can_hold_is_refused() -> None:

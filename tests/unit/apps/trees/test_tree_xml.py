@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -61,6 +62,17 @@ def test_included_files_are_read_once(tmp_path: Path) -> None:
     (tmp_path / "c.xml").write_text('<root><include ros_pkg="p" path="b.xml"/></root>')
     with pytest.raises(TreeFileError, match="a file of a ROS package"):
         read_tree_files([tmp_path / "c.xml"])
+
+
+def test_an_include_that_is_no_regular_file_is_refused_at_its_line(tmp_path: Path) -> None:
+    (tmp_path / "loop.xml").symlink_to("loop.xml")
+    os.mkfifo(tmp_path / "pipe.xml")
+    (tmp_path / "folder.xml").mkdir()
+    file = tmp_path / "a.xml"
+    for name in ("loop.xml", "pipe.xml", "folder.xml"):
+        file.write_text(f'<root>\n<include path="{name}"/></root>')
+        with pytest.raises(TreeFileError, match=rf"a.xml:2: .*{name}.* cannot be read: "):
+            read_tree_files([file])
 
 
 def test_more_files_than_allowed_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,17 @@ def test_a_composition_is_exported_and_imported_again(
         "              any:\n                - {check: table_tidy}\n                - {skill: sweep}\n"
         "                - {skill: scrub}\n            - tolerate: {skill: put_away}\n"
     )
+
+
+def test_only_regular_files_are_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    module, pipe = str(CORPUS / "accepted" / "alternatives_and_tries"), tmp_path / "pipe"
+    os.mkfifo(pipe)
+    (tmp_path / "link").symlink_to("/dev/null")
+    for path in (pipe, tmp_path / "link"):
+        with pytest.raises(SystemExit, match=str(Exit.USAGE.value)):
+            main(["export", "bt", module, *SITE, "--output", str(path)])
+        assert "is not a regular file" in capsys.readouterr().err
+    assert pipe.is_fifo()
 
 
 def test_a_module_without_compositions_has_nothing_to_export(capsys: pytest.CaptureFixture[str]) -> None:

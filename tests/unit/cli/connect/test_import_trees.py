@@ -65,7 +65,17 @@ def test_it_is_added_to_a_module(tree: Path, tmp_path: Path, capsys: pytest.Capt
     assert "  tidy:\n" in (module / "ecm.yaml").read_text()
     assert main(command) == Exit.REJECTED
     assert "it has a composition `tidy`; choose another name by --name" in capsys.readouterr().err
-    assert main(["import", "bt", str(tree), "--into", str(tmp_path / "tidy.xml")]) == Exit.SUCCESS
+    before = tree.read_bytes()
+    for other in (tree, tmp_path):
+        with pytest.raises(SystemExit, match=str(Exit.USAGE.value)):
+            main(["import", "bt", str(tree), "--into", str(other)])
+        assert "is neither a module's folder nor its `ecm.yaml`" in capsys.readouterr().err
+    assert tree.read_bytes() == before
+    manifest = module / "ecm.yaml"
+    manifest.write_text("id: [m\n")
+    assert main([*command, "--name", "other"]) == Exit.REJECTED
+    assert "cannot be read as a manifest" in capsys.readouterr().err
+    assert manifest.read_text() == "id: [m\n"
 
 
 @pytest.mark.parametrize(
@@ -73,6 +83,9 @@ def test_it_is_added_to_a_module(tree: Path, tmp_path: Path, capsys: pytest.Capt
     [
         (["--tree", "Tiddy"], Exit.USAGE, "no tree `Tiddy` is in these files; did you mean `Tidy`?"),
         (["--tree", "Other"], Exit.USAGE, "no tree `Other` is in these files"),
+        (["--action", "Sweeep=a"], Exit.USAGE, "no leaf `Sweeep` is in these files; did you mean `Sweep`?"),
+        (["--condition", "Xyzzy=a"], Exit.USAGE, "`--condition Xyzzy=…`: no leaf `Xyzzy` is in these files"),
+        (["--condition", "Sweep=a", "--action", "Sweep=b"], Exit.USAGE, "`Sweep` is bound both by --action"),
         (["--action", "Sweep"], Exit.USAGE, "`--action Sweep` is not of the form ID=VALUE"),
     ],
 )
