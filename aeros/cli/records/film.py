@@ -104,7 +104,7 @@ def _speed(text: str) -> float:
 
 
 def _time(text: str) -> float:
-    if not 0.0 <= (seconds := _number(text)) < 1e6:
+    if not 0.0 <= (seconds := _number(text)) <= 1e7:
         raise argparse.ArgumentTypeError(f"`{text}`: expected a number of seconds from 0 on")
     return seconds
 
