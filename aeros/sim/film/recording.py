@@ -36,6 +36,17 @@ _UNIT_WITHIN: Final = 0.01
 """Greatest difference of the length of a quaternion from 1; it is written with four decimals."""
 
 
+_DAMAGE: Final = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
+"""What reading a line that is none of a recording raises."""
+
+
 class RecordingError(Exception):
     """A recording that cannot be read; the message says why and what to do."""
 
@@ -282,19 +293,10 @@ def read_recording(path: Path) -> Recording:
                 POSES.require_current(content, path)
                 stage, samples = _stage(content), []
             else:
-                if stage is None:
-                    raise ValueError("the first line has no `schema`")
                 samples.append(_sample(content, samples[-1] if samples else PoseSample(0.0), stage))
         except FormatVersionError as failure:
             raise RecordingError(str(failure)) from failure
-        except (
-            ArithmeticError,
-            AttributeError,
-            LookupError,
-            RecursionError,
-            TypeError,
-            ValueError,
-        ) as failure:
+        except _DAMAGE as failure:
             raise RecordingError(
                 f"`{path}`, line {number}: no line of a recording ({type(failure).__name__}: {failure}); "
                 "run the task again to record it anew"
@@ -355,7 +357,9 @@ def _coating(content: Mapping[str, Any]) -> CoatingFigure:
     return CoatingFigure(low, high, cell, _vector(content["colour"], 0.0, 1.0))
 
 
-def _sample(content: Mapping[str, Any], before: PoseSample, stage: Stage) -> PoseSample:
+def _sample(content: Mapping[str, Any], before: PoseSample, stage: Stage | None) -> PoseSample:
+    if stage is None:
+        raise ValueError("the first line has no `schema`")
     (time,) = _numbers([content["t"]], 1, before.time, _LATEST)
     changed: dict[str, Any] = {"time": time}
     if "q" in content:
@@ -393,7 +397,7 @@ def _cells(content: Any) -> str:
 
 def _person(content: Sequence[Any]) -> PersonFigure:
     x, y, floor, height, radius = content
-    return PersonFigure(*_numbers((x, y, floor), 3), _positive(height), _positive(radius))
+    return PersonFigure(*_vector((x, y, floor)), _positive(height), _positive(radius))
 
 
 def _camera(content: Mapping[str, Any]) -> Camera:
