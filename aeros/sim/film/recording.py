@@ -36,6 +36,9 @@ _UNIT_WITHIN: Final = 0.01
 """Greatest difference of the length of a quaternion from 1; it is written with four decimals."""
 
 
+_START: Final = b'{"schema":'
+"""What the first line of each start begins with."""
+
 _DAMAGE: Final = (
     ArithmeticError,
     AttributeError,
@@ -286,7 +289,9 @@ def read_recording(path: Path) -> Recording:
     # A line that a killed run did not finish has no end; after the last complete one there is an empty text.
     stage: Stage | None = None
     samples: list[PoseSample] = []
-    for number, line in enumerate(lines[:-1], start=1):
+    starts = [index for index, line in enumerate(lines[:-1]) if line.startswith(_START)]
+    begin = starts[-1] if starts else 0
+    for number, line in enumerate(lines[begin:-1], start=begin + 1):
         try:
             content = json.loads(line)
             if "schema" in content:
