@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from aeros.apps.film.run_film import FilmError, film_run
+from aeros.apps.film.run_film import FilmError, film_imports, film_run
 from aeros.cli.arguments import add_command, existing_path, film_path
 from aeros.cli.records.report import available_sites
 from aeros.cli.terminal import print_line, show_progress
@@ -171,12 +171,10 @@ def _film_options(options: Mapping[str, object]) -> FilmOptions:
     """Return options of a film.
 
     Raises:
-        FilmError: A package is missing.
+        FilmError: A package is missing, or there is no OpenGL.
     """
-    try:
+    with film_imports():
         from aeros.sim.film.film import FilmOptions
-    except ImportError as error:
-        raise FilmError(f"a film needs `pip install 'aeros[film]'` ({error.name} is missing)") from error
     return FilmOptions(**options)  # type: ignore[arg-type]
 
 
