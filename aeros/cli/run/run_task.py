@@ -211,7 +211,8 @@ def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> Non
         print(kept + (f", {feed.lost} messages lost: {feed.trouble}" if feed.lost else ""))
     if arguments.report:
         site = staged.configuration.site
-        film = None if arguments.film is None else find_film(arguments.film.parent, (arguments.film.name,))
+        given: Path | None = arguments.film
+        film = None if given is None else find_film(given.parent, out, (given.name,))
         write_report(read_run_data(out), out / "report.html", {site.digest: site}, sound, film)
     print_line(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
 

@@ -86,8 +86,14 @@ def test_a_film_that_cannot_be_made_or_written_is_refused(
     assert "--to must be after --from" in capsys.readouterr().err
     assert _film(str(tmp_path)) == Exit.REJECTED
     assert "there is no poses.jsonl in" in capsys.readouterr().err
-    monkeypatch.setattr(film, "film_run", lambda *_: b"film")
-    assert _film(str(RUN), "--out", str(tmp_path / "no" / "film.mp4")) == Exit.REJECTED
+
+    def drawn(*_: object) -> bytes:
+        # Another process takes the name while the film is drawn.
+        (tmp_path / "film.mp4").mkdir()
+        return b"film"
+
+    monkeypatch.setattr(film, "film_run", drawn)
+    assert _film(str(RUN), "--out", str(tmp_path / "film.mp4")) == Exit.REJECTED
     assert "cannot write" in capsys.readouterr().err
 
 
