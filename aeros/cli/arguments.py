@@ -236,6 +236,21 @@ def film_path(text: str) -> Path:
     return _with_suffix(text, FILM_SUFFIXES)
 
 
+def writable_film_path(text: str) -> Path:
+    """Parse the path of a film to write now: it is drawn only if its folder exists.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The path.
+
+    Raises:
+        argparse.ArgumentTypeError: The suffix is not one of `FILM_SUFFIXES`, or its folder does not exist.
+    """
+    return writable_path(str(film_path(text)))
+
+
 FILM_SUFFIXES = (".mp4", ".webp", ".gif")
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +19,29 @@ if TYPE_CHECKING:
 
 class FilmError(Exception):
     """A film that cannot be made; the message says why and what to do."""
+
+
+@contextmanager
+def film_imports() -> Iterator[None]:
+    """Import packages of a film; MuJoCo opens OpenGL as MUJOCO_GL says when it is imported.
+
+    Yields:
+        Nothing.
+
+    Raises:
+        FilmError: A package is missing, or MuJoCo cannot be imported with that OpenGL.
+    """
+    try:
+        yield
+    except ImportError as error:
+        raise FilmError(f"a film needs `pip install 'aeros[film]'` ({error.name} is missing)") from error
+    except (AttributeError, OSError, RuntimeError) as error:
+        chosen = os.environ.get("MUJOCO_GL", "")
+        raise FilmError(
+            f"pictures need OpenGL, and MuJoCo has none with MUJOCO_GL=`{chosen}`: {error}. "
+            "Unset it, or set it to egl, osmesa or glfw, whichever is installed, "
+            "as by `apt install libegl1 libgl1-mesa-dri` or `apt install libosmesa6`"
+        ) from error
 
 
 def film_run(
@@ -47,14 +72,12 @@ def film_run(
     ):
         if not (folder / name).is_file():
             raise FilmError(f"there is no {name} in `{folder}`" + (f": {cure}" if cure else ""))
-    try:
+    with film_imports():
         from aeros.apps.film.run_captions import RunCaptions
         from aeros.sim.film.encoders import FilmPackageError
         from aeros.sim.film.film import EmptyFilmError, make_film
         from aeros.sim.film.gl_context import OpenGlError
         from aeros.sim.film.recording import RecordingError, read_recording
-    except ImportError as error:
-        raise FilmError(f"a film needs `pip install 'aeros[film]'` ({error.name} is missing)") from error
     run = read_run_data(folder)
     if not run.chain.is_sound:
         raise FilmError(

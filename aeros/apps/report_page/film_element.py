@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Sequence
 from html import escape
+from os.path import relpath
 from pathlib import Path
 from typing import Final, NamedTuple
 from urllib.parse import quote
@@ -22,7 +23,7 @@ class FilmFile(NamedTuple):
     """A film.
 
     Attributes:
-        name: Name of its file, in the folder of the run.
+        name: Path of its file from the folder of the page, with `/` between its parts.
         content: Its bytes; None if it is too large for the page.
     """
 
@@ -30,11 +31,12 @@ class FilmFile(NamedTuple):
     content: bytes | None
 
 
-def find_film(folder: Path, names: Sequence[str] = FILM_NAMES) -> FilmFile | None:
+def find_film(folder: Path, page: Path, names: Sequence[str] = FILM_NAMES) -> FilmFile | None:
     """Find the film of a run.
 
     Args:
         folder: Folder of the run, or of the film.
+        page: Folder of the page.
         names: Names that it may have, the preferred one first.
 
     Returns:
@@ -44,7 +46,8 @@ def find_film(folder: Path, names: Sequence[str] = FILM_NAMES) -> FilmFile | Non
         path = folder / name
         try:
             if path.is_file():
-                return FilmFile(name, path.read_bytes() if path.stat().st_size <= _MAX_BYTES else None)
+                content = path.read_bytes() if path.stat().st_size <= _MAX_BYTES else None
+                return FilmFile(Path(relpath(folder.resolve() / name, page.resolve())).as_posix(), content)
         except OSError:
             continue
     return None
@@ -60,7 +63,8 @@ def film_element(film: FilmFile) -> str:
         An HTML element that needs no other file, or a link.
     """
     if film.content is None:
-        return f'<p><a href="{quote(film.name)}">{escape(film.name)}</a>, which lies beside this page.</p>'
+        place = "in another folder than" if "/" in film.name else "beside"
+        return f'<p><a href="{quote(film.name)}">{escape(film.name)}</a>, which lies {place} this page.</p>'
     kind = _TYPES[Path(film.name).suffix]
     source = f"data:{kind};base64,{base64.b64encode(film.content).decode()}"
     if kind.startswith("video"):

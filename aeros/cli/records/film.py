@@ -8,10 +8,11 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Final
 
-from aeros.apps.film.run_film import FilmError, film_run
-from aeros.cli.arguments import add_command, existing_path, film_path
+from aeros.apps.film.run_film import FilmError, film_imports, film_run
+from aeros.cli.arguments import add_command, existing_path, writable_film_path
 from aeros.cli.records.report import available_sites
 from aeros.cli.terminal import print_line, show_progress
 from aeros.exit_codes import Exit
@@ -53,7 +54,7 @@ def add_to(commands: Subparsers) -> None:
         "folder", type=existing_path, metavar="RUN", help="output folder of the run (`--out`)"
     )
     parser.add_argument(
-        "-o", "--out", type=film_path, metavar="FILE",
+        "-o", "--out", type=writable_film_path, metavar="FILE",
         help="film to write: *.mp4, *.webp or *.gif (default: film.mp4 in that folder)",
     )  # fmt: skip
     parser.add_argument(
@@ -104,7 +105,7 @@ def _speed(text: str) -> float:
 
 
 def _time(text: str) -> float:
-    if not 0.0 <= (seconds := _number(text)) < 1e6:
+    if not 0.0 <= (seconds := _number(text)) <= 1e7:
         raise argparse.ArgumentTypeError(f"`{text}`: expected a number of seconds from 0 on")
     return seconds
 
@@ -114,6 +115,12 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.end is not None and arguments.end <= arguments.start:
         print("aeros: --to must be after --from", file=sys.stderr)
         return Exit.USAGE
+    try:
+        with TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        print(f"aeros: cannot write `{path}`: {error.strerror}; give a file with --out", file=sys.stderr)
+        return Exit.REJECTED
     sites = {site.digest: site for site in available_sites(arguments.state, arguments.site)}
     options = {
         "size": arguments.size or default_size(path),
@@ -171,12 +178,10 @@ def _film_options(options: Mapping[str, object]) -> FilmOptions:
     """Return options of a film.
 
     Raises:
-        FilmError: A package is missing.
+        FilmError: A package is missing, or there is no OpenGL.
     """
-    try:
+    with film_imports():
         from aeros.sim.film.film import FilmOptions
-    except ImportError as error:
-        raise FilmError(f"a film needs `pip install 'aeros[film]'` ({error.name} is missing)") from error
     return FilmOptions(**options)  # type: ignore[arg-type]
 
 

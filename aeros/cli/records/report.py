@@ -83,7 +83,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     at_hand = available_sites(arguments.state, arguments.site)
     sites = {site.digest: site for site in at_hand if site.digest in wanted}
     path = arguments.output or arguments.folder / "report.html"
-    return write_report(left, path, sites, signed, find_film(arguments.folder))
+    return write_report(left, path, sites, signed, find_film(arguments.folder, path.parent))
 
 
 def write_report(

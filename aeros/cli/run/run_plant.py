@@ -153,6 +153,18 @@ def open_outputs(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Pat
         yield out, spectators
 
 
+def lost_poses(viewers: Sequence[Viewer]) -> int:
+    """Count the lines of the recording that could not be written.
+
+    Args:
+        viewers: Viewers that show the run.
+
+    Returns:
+        The number of lines; 0 without a recorder.
+    """
+    return sum(int(getattr(one, "lost", 0)) for one in viewers)
+
+
 def open_run_plant(
     staged: PlantSetup, on_fault: Callable[[FaultEvent], None]
 ) -> AbstractContextManager[Plant]:

@@ -24,7 +24,7 @@ from aeros.cli.records.film import write_film
 from aeros.cli.records.report import write_report
 from aeros.cli.run.help_question import help_asker
 from aeros.cli.run.planners import planning_timeout
-from aeros.cli.run.run_plant import PlantSetup, open_run_plant
+from aeros.cli.run.run_plant import PlantSetup, lost_poses, open_run_plant
 from aeros.cli.run.run_referee import RunReferee
 from aeros.cli.run.run_report import summary
 from aeros.cli.terminal import print_line
@@ -201,6 +201,8 @@ def _failed_measurements(log: Path) -> tuple[str, ...]:
 def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> None:
     """Write the report page if requested, and print the outputs of the run."""
     arguments, out = staged.arguments, staged.out
+    if lost := lost_poses(staged.viewers):
+        print(f"poses      {lost} lines could not be written: a film of the run has gaps")
     if arguments.film is not None:
         site = staged.configuration.site
         write_film(out, arguments.film, {site.digest: site}, {})
@@ -209,7 +211,8 @@ def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> Non
         print(kept + (f", {feed.lost} messages lost: {feed.trouble}" if feed.lost else ""))
     if arguments.report:
         site = staged.configuration.site
-        film = None if arguments.film is None else find_film(arguments.film.parent, (arguments.film.name,))
+        given: Path | None = arguments.film
+        film = None if given is None else find_film(given.parent, out, (given.name,))
         write_report(read_run_data(out), out / "report.html", {site.digest: site}, sound, film)
     print_line(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from io import BytesIO
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final, Protocol
 
@@ -82,8 +83,11 @@ class _AnimationEncoder:
     def finish(self) -> bytes:
         output = BytesIO()
         first, *rest = self._pictures
-        # GIF counts hundredths of a second.
-        options: dict[str, Any] = {"duration": round(100 / self._rate) * 10, "loop": 0, "append_images": rest}
+        # GIF counts hundredths of a second, WebP thousandths; what is rounded off goes into later pictures.
+        unit = 10 if self._form == "GIF" else 1
+        ends = [round(1000 / unit * number / self._rate) * unit for number in range(len(rest) + 2)]
+        durations = [end - begin for begin, end in pairwise(ends)]
+        options: dict[str, Any] = {"duration": durations, "loop": 0, "append_images": rest}
         if self._form == "WEBP":
             options |= {"quality": _WEBP_QUALITY, "method": 4}
         first.save(output, self._form, save_all=True, **options)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from os import SEEK_END
 from pathlib import Path
 from typing import BinaryIO, Final, NamedTuple
 
@@ -76,6 +77,7 @@ class PoseRecorder:
         self._file: BinaryIO = open_private(path)
         self._parts: PlantParts | None = None
         self._actors: tuple[PlacedActor, ...] = ()
+        self._stage: str | None = None
         self._before: PoseSample | None = None
         self._wiped: dict[str, tuple[int, str]] = {}
 
@@ -93,7 +95,7 @@ class PoseRecorder:
             {name: _coating_figure(one) for name, one in scene.coatings().items()},
             fixed,
         )
-        self._write(encode_stage(stage))
+        self._stage, self._before = encode_stage(stage), None
         self._record(parts.world)
 
     def tick(self, world: EngineWorld, view: Camera) -> None:
@@ -110,6 +112,11 @@ class PoseRecorder:
 
     def _record(self, world: EngineWorld) -> None:
         assert self._parts is not None  # noqa: S101  for the type checker
+        if self._stage is not None:
+            # Pictures without their shapes would be read as those of the start before.
+            if not self._write("" if self._is_at_start_of_line() else "\n") or not self._write(self._stage):
+                return
+            self._stage = None
         robot = self._parts.robot
         state, (base, _) = robot.read_sensors(), robot.true_points()
         command, _ = robot.tool_command()
@@ -129,8 +136,8 @@ class PoseRecorder:
             ),
             {name: self._cells(name, one) for name, one in self._parts.scene.coatings().items()},
         )
-        self._write(encode_sample(sample, self._before))
-        self._before = sample
+        # After a line that is lost, the next is whole.
+        self._before = sample if self._write(encode_sample(sample, before)) else None
 
     def _cells(self, name: str, coating: CoatingMap) -> str:
         """Return which cells of a layer are still there; cells never become coated again."""
@@ -141,11 +148,29 @@ class PoseRecorder:
             known = self._wiped[name] = (count, "".join(cells))
         return known[1]
 
-    def _write(self, line: str) -> None:
+    def _is_at_start_of_line(self) -> bool:
+        """Return whether the last line is complete: a start that was killed may have left half of one."""
         try:
-            self._file.write(line.encode())
+            if self._file.seek(0, SEEK_END) == 0:
+                return True
+            self._file.seek(-1, SEEK_END)
+            return self._file.read(1) == b"\n"
         except OSError:
-            self.lost += 1
+            return True
+
+    def _write(self, line: str) -> bool:
+        """Append a line; return False, and count it, if it could not be written whole."""
+        content = line.encode()
+        written = 0
+        try:
+            written = self._file.write(content) or 0
+            if written == len(content):
+                return True
+            self._file.truncate(self._file.seek(0, SEEK_END) - written)
+        except OSError:
+            pass
+        self.lost += 1
+        return False
 
 
 def _pose(world: EngineWorld, one: PlacedActor) -> Pose | None:

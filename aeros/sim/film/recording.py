@@ -10,12 +10,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import isfinite
+from math import ceil, hypot
 from pathlib import Path
 from typing import Any, Final
 
 from aeros.sim.engine.people import PersonFigure
-from aeros.sim.geometry import Camera, Pose, Vector3
+from aeros.sim.geometry import Camera, Pose, Vector3, camera_axes
 from aeros.sim.pictures.visual_shapes import SHAPE_KINDS, VisualShape
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import POSES
@@ -24,7 +24,30 @@ PICTURES_PER_SECOND: Final = 30
 """Recorded pictures per second of simulated time."""
 
 _GREATEST: Final = 1e4
-"""Greatest magnitude of a number in a recording: m, rad or s."""
+"""Greatest magnitude of a number in a recording but for its time: m or rad."""
+
+_LATEST: Final = 1e7
+"""Greatest time in a recording, s: some 115 days."""
+
+_MOST_CELLS: Final = 100_000
+"""Greatest number of cells of a layer that a film can draw."""
+
+_UNIT_WITHIN: Final = 0.01
+"""Greatest difference of the length of a quaternion from 1; it is written with four decimals."""
+
+
+_START: Final = b'{"schema":'
+"""What the first line of each start begins with."""
+
+_DAMAGE: Final = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
+"""What reading a line that is none of a recording raises."""
 
 
 class RecordingError(Exception):
@@ -266,20 +289,19 @@ def read_recording(path: Path) -> Recording:
     # A line that a killed run did not finish has no end; after the last complete one there is an empty text.
     stage: Stage | None = None
     samples: list[PoseSample] = []
-    for number, line in enumerate(lines[:-1], start=1):
+    starts = [index for index, line in enumerate(lines[:-1]) if line.startswith(_START)]
+    begin = starts[-1] if starts else 0
+    for number, line in enumerate(lines[begin:-1], start=begin + 1):
         try:
             content = json.loads(line)
             if "schema" in content:
                 POSES.require_current(content, path)
                 stage, samples = _stage(content), []
             else:
-                actors = 0 if stage is None else len(stage.actors)
-                sample = _sample(content, samples[-1] if samples else PoseSample(0.0), actors)
-                _check_joints(sample, stage)
-                samples.append(sample)
+                samples.append(_sample(content, samples[-1] if samples else PoseSample(0.0), stage))
         except FormatVersionError as failure:
             raise RecordingError(str(failure)) from failure
-        except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as failure:
+        except _DAMAGE as failure:
             raise RecordingError(
                 f"`{path}`, line {number}: no line of a recording ({type(failure).__name__}: {failure}); "
                 "run the task again to record it anew"
@@ -287,18 +309,6 @@ def read_recording(path: Path) -> Recording:
     if stage is None or not samples:
         raise RecordingError(f"`{path}` has no picture: the run ended before its clock started")
     return Recording(stage, samples)
-
-
-def _check_joints(sample: PoseSample, stage: Stage | None) -> None:
-    """Check that a picture has a position for each joint.
-
-    Raises:
-        ValueError: it has not, or there is no line with the shapes before it.
-    """
-    if stage is None:
-        raise ValueError("the first line has no `schema`")
-    if len(sample.joints) != len(stage.robot.rows):
-        raise ValueError(f"{len(sample.joints)} joint positions in place of {len(stage.robot.rows)}")
 
 
 def _stage(content: Mapping[str, Any]) -> Stage:
@@ -309,33 +319,53 @@ def _stage(content: Mapping[str, Any]) -> Stage:
         RobotFigure(
             _text(robot["name"]),
             tuple(_vector(row) for row in robot["rows"]),
-            tuple(
-                (_text(link), range(len(robot["rows"]) + 1)[joint], tuple(map(_vector, corners)))
-                for link, joint, corners in robot["hulls"]
-            ),
+            tuple(_hull(one, len(robot["rows"])) for one in robot["hulls"]),
             flange,
             turn,
             tool,
-            None if robot["carriage"] is None else _vector(robot["carriage"]),
-            _text(robot["urdf"]),
+            None if robot["carriage"] is None else _vector(robot["carriage"], 0.0),
+            _urdf(robot["urdf"]),
             tuple(map(_text, robot["urdf_joints"])),
         ),
         tuple(
             Actor(_text(one["body"]), _text(one["link"]), tuple(_shape(part) for part in one["shapes"]))
             for one in content["actors"]
         ),
-        {
-            _text(name): CoatingFigure(
-                _pair(one["low"]), _pair(one["high"]), _positive(one["cell"]), _vector(one["colour"])
-            )
-            for name, one in content["coatings"].items()
-        },
+        {_text(name): _coating(one) for name, one in content["coatings"].items()},
         {_text(name): _camera(one) for name, one in content["cameras"].items()},
     )
 
 
-def _sample(content: Mapping[str, Any], before: PoseSample, actors: int) -> PoseSample:
-    (time,) = _numbers([content["t"]], 1)
+def _hull(content: Sequence[Any], joints: int) -> tuple[str, int, tuple[Vector3, ...]]:
+    link, joint, corners = content
+    if type(joint) is not int or not 0 <= joint <= joints:
+        raise ValueError(f"hull of `{link}`: `{joint}` is no joint from 0 to {joints}")
+    if not corners:
+        raise ValueError(f"hull of `{link}`: it has no corners")
+    return _text(link), joint, tuple(map(_vector, corners))
+
+
+def _urdf(content: Any) -> str:
+    path = _text(content)
+    if path and not path.endswith(".urdf"):
+        raise ValueError(f"`{path}` is no URDF file")
+    return path
+
+
+def _coating(content: Mapping[str, Any]) -> CoatingFigure:
+    low, high, cell = _pair(content["low"]), _pair(content["high"]), _positive(content["cell"])
+    x, y = (b - a for a, b in zip(low, high, strict=True))
+    if x <= 0.0 or y <= 0.0:
+        raise ValueError("a layer whose `high` is not above its `low`")
+    if ceil(x / cell) * ceil(y / cell) > _MOST_CELLS:
+        raise ValueError(f"a layer with cells of {cell} m has more than {_MOST_CELLS} of them")
+    return CoatingFigure(low, high, cell, _vector(content["colour"], 0.0, 1.0))
+
+
+def _sample(content: Mapping[str, Any], before: PoseSample, stage: Stage | None) -> PoseSample:
+    if stage is None:
+        raise ValueError("the first line has no `schema`")
+    (time,) = _numbers([content["t"]], 1, before.time, _LATEST)
     changed: dict[str, Any] = {"time": time}
     if "q" in content:
         changed["joints"] = tuple(_numbers(content["q"]))
@@ -344,45 +374,76 @@ def _sample(content: Mapping[str, Any], before: PoseSample, actors: int) -> Pose
     for key in {"base", "command"} & content.keys():
         changed[key] = _vector(content[key])
     if "people" in content:
-        changed["people"] = tuple(PersonFigure(*_numbers(one, 5)) for one in content["people"])
+        changed["people"] = tuple(map(_person, content["people"]))
     if "move" in content:
         moved = {
             int(number): None if pose is None else _pose(pose) for number, pose in content["move"].items()
         }
-        if any(not 0 <= number < actors for number in moved):
+        if any(not 0 <= number < len(stage.actors) for number in moved):
             raise ValueError("an actor that the first line does not have")
         changed["poses"] = {**before.poses, **moved}
     if "coated" in content:
-        changed["coated"] = {**before.coated, **{_text(k): _text(v) for k, v in content["coated"].items()}}
-    return replace(before, **changed)
+        coated = {name: _cells(cells) for name, cells in content["coated"].items()}
+        if unknown := coated.keys() - stage.coatings.keys():
+            raise ValueError(f"layers that the first line does not have: {', '.join(sorted(unknown))}")
+        changed["coated"] = {**before.coated, **coated}
+    sample = replace(before, **changed)
+    if len(sample.joints) != len(stage.robot.rows):
+        raise ValueError(f"{len(sample.joints)} joint positions in place of {len(stage.robot.rows)}")
+    return sample
+
+
+def _cells(content: Any) -> str:
+    cells = _text(content)
+    if len(cells) > _MOST_CELLS or cells.strip("01"):
+        raise ValueError(f"the cells of a layer are not at most {_MOST_CELLS} characters `0` and `1`")
+    return cells
+
+
+def _person(content: Sequence[Any]) -> PersonFigure:
+    x, y, floor, height, radius = content
+    return PersonFigure(*_vector((x, y, floor)), _positive(height), _positive(radius))
 
 
 def _camera(content: Mapping[str, Any]) -> Camera:
-    width, height = _numbers(content["size"], 2)
-    return Camera(
-        _vector(content["eye"]),
-        _vector(content["target"]),
-        _vector(content["up"]),
-        _positive(content["field_of_view"]),
-        int(width),
-        int(height),
+    width, height = content["size"]
+    if not (type(width) is type(height) is int and 1 <= width <= _GREATEST and 1 <= height <= _GREATEST):
+        raise ValueError(f"{width} x {height} pixels are no size of a picture")
+    angle = _positive(content["field_of_view"])
+    if angle >= 180.0:
+        raise ValueError(f"a field of view of {angle} degrees is not below 180")
+    camera = Camera(
+        _vector(content["eye"]), _vector(content["target"]), _vector(content["up"]), angle, width, height
     )
+    try:
+        camera_axes(camera)
+    except ArithmeticError as failure:
+        raise ValueError("a camera at its target, or that looks along its `up`") from failure
+    return camera
 
 
 def _shape(content: Sequence[Any]) -> VisualShape:
     kind, size, colour, opacity, place = content
     if kind not in SHAPE_KINDS:
         raise ValueError(f"`{kind}` is no shape")
-    return VisualShape(kind, _vector(size), _vector(colour), _pose(place), *_numbers([opacity], 1))
+    return VisualShape(
+        kind,
+        _vector(size, 0.0),
+        _vector(colour, 0.0, 1.0),
+        _pose(place),
+        *_numbers([opacity], 1, 0.0, 1.0),
+    )
 
 
 def _pose(content: Sequence[Any]) -> Pose:
     x, y, z, a, b, c, d = _numbers(content, 7)
+    if abs(hypot(a, b, c, d) - 1.0) > _UNIT_WITHIN:
+        raise ValueError(f"the quaternion {[a, b, c, d]} has not the length 1")
     return Pose((x, y, z), (a, b, c, d))
 
 
-def _vector(content: Iterable[Any]) -> Vector3:
-    x, y, z = _numbers(content, 3)
+def _vector(content: Iterable[Any], least: float = -_GREATEST, most: float = _GREATEST) -> Vector3:
+    x, y, z = _numbers(content, 3, least, most)
     return (x, y, z)
 
 
@@ -398,18 +459,21 @@ def _positive(content: Any) -> float:
     return number
 
 
-def _numbers(content: Iterable[Any], count: int | None = None) -> Iterator[float]:
+def _numbers(
+    content: Iterable[Any], count: int | None = None, least: float = -_GREATEST, most: float = _GREATEST
+) -> Iterator[float]:
     """Yield numbers.
 
     Raises:
-        ValueError: one is no finite number, or there are not `count` of them.
+        ValueError: one is no number from `least` to `most`, or there are not `count` of them.
     """
     numbers = list(content)
     if count is not None and len(numbers) != count:
         raise ValueError(f"{len(numbers)} numbers in place of {count}")
     for number in numbers:
-        if type(number) not in (int, float) or not isfinite(number) or abs(number) > _GREATEST:
-            raise ValueError(f"`{number}` is no number of a recording")
+        # Compared first: a whole number of many digits has no float.
+        if type(number) not in (int, float) or not least <= number <= most:
+            raise ValueError(f"`{str(number)[:40]}` is no number from {least:g} to {most:g}")
         yield float(number)
 
 

@@ -21,6 +21,7 @@ from aeros.cli.arguments import (
     process_count,
     second_solver,
     solver_budget,
+    writable_film_path,
     writable_path,
 )
 
@@ -54,6 +55,13 @@ def test_a_path_at_which_a_file_can_be(tmp_path: Path) -> None:
         writable_path(str(tmp_path))
     with pytest.raises(ArgumentTypeError, match="its folder does not exist"):
         writable_path(str(tmp_path / "none" / "new"))
+
+
+def test_a_film_is_written_into_a_folder_that_exists(tmp_path: Path) -> None:
+    assert writable_film_path(str(tmp_path / "run.gif")) == tmp_path / "run.gif"
+    for text, reason in (("none/run.gif", "its folder does not exist"), ("run.avi", "expected a file named")):
+        with pytest.raises(ArgumentTypeError, match=reason):
+            writable_film_path(str(tmp_path / text))
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -62,6 +63,31 @@ def test_without_the_extra_the_cure_is_named(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setitem(sys.modules, "mujoco", None)
     monkeypatch.delitem(sys.modules, "aeros.sim.mujoco.client", raising=False)
     with pytest.raises(FilmError, match=r"needs `pip install 'aeros\[film\]'` \(mujoco is missing\)"):
+        film_run(RUN, tmp_path / "film.gif", SMALL, {})
+
+
+@pytest.mark.parametrize(
+    ("selected", "failure"),
+    [
+        ("osmesa", AttributeError("'NoneType' object has no attribute 'glGetError'")),
+        ("bogus", RuntimeError("invalid value for environment variable MUJOCO_GL: bogus")),
+    ],
+)
+def test_an_opengl_that_mujoco_cannot_open_is_named_with_its_cure(
+    selected: str, failure: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Broken:
+        def find_spec(self, name: str, *_: object) -> None:
+            if name == "mujoco":
+                raise failure
+
+    for name in [name for name in sys.modules if name.startswith(("aeros.sim.film.", "mujoco"))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delitem(sys.modules, "aeros.sim.mujoco.client", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
+    monkeypatch.setenv("MUJOCO_GL", selected)
+    reason = f"OpenGL, and MuJoCo has none with MUJOCO_GL=`{selected}`: {re.escape(str(failure))}. Unset it"
+    with pytest.raises(FilmError, match=reason):
         film_run(RUN, tmp_path / "film.gif", SMALL, {})
 
 

@@ -66,6 +66,7 @@ def test_a_film_has_the_options_that_were_given(
         (["--speed", "0"], "expected a number from 0.1 to 100"),
         (["--speed", "nan"], "expected a number from 0.1 to 100"),
         (["--from", "-1"], "expected a number of seconds"),
+        (["--out", "nodir/film.gif"], "its folder does not exist"),
         (["--out", "film.avi"], r"expected a file named *.mp4, *.webp, *.gif"),
     ],
 )
@@ -85,6 +86,24 @@ def test_a_film_that_cannot_be_made_or_written_is_refused(
     assert "--to must be after --from" in capsys.readouterr().err
     assert _film(str(tmp_path)) == Exit.REJECTED
     assert "there is no poses.jsonl in" in capsys.readouterr().err
-    monkeypatch.setattr(film, "film_run", lambda *_: b"film")
-    assert _film(str(RUN), "--out", str(tmp_path / "no" / "film.mp4")) == Exit.REJECTED
+
+    def drawn(*_: object) -> bytes:
+        # Another process takes the name while the film is drawn.
+        (tmp_path / "film.mp4").mkdir()
+        return b"film"
+
+    monkeypatch.setattr(film, "film_run", drawn)
+    assert _film(str(RUN), "--out", str(tmp_path / "film.mp4")) == Exit.REJECTED
     assert "cannot write" in capsys.readouterr().err
+
+
+def test_a_film_is_not_drawn_for_a_folder_in_which_it_cannot_be_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(**_: object) -> None:
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr(film, "TemporaryFile", refuse)
+    monkeypatch.setattr(film, "film_run", lambda *_: pytest.fail("it was drawn"))
+    assert _film(str(RUN), "--out", str(tmp_path / "film.gif")) == Exit.REJECTED
+    assert "film.gif`: Read-only file system; give a file with --out" in capsys.readouterr().err

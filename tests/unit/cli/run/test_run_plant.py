@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from threading import Thread
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -18,6 +19,7 @@ from aeros.cli.run.run_plant import (
     SceneExtras,
     is_remote,
     load_scene_extras,
+    lost_poses,
     open_outputs,
     open_run_plant,
     serve_plant,
@@ -202,3 +204,9 @@ def test_a_plant_that_is_served_already_is_not_served_twice(tmp_path: Path, sock
     with lock_folder(tmp_path / "state" / "plant"):
         assert serve_plant(staged(arguments)) is Exit.SUCCESS
     assert not socket.parent.exists()
+
+
+def test_lost_lines_of_a_recording_are_counted() -> None:
+    assert lost_poses(()) == 0
+    viewers: Any = (object(), SimpleNamespace(lost=3))
+    assert lost_poses(viewers) == 3

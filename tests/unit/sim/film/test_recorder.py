@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -45,6 +46,9 @@ def test_a_full_disk_stops_no_robot(tmp_path: Path) -> None:
         def write(self, _: bytes) -> int:
             raise OSError(28, "No space left on device")
 
+        def seek(self, *_: int) -> int:
+            raise OSError(5, "Input/output error")
+
         def close(self) -> None:
             raise OSError(28, "No space left on device")
 
@@ -54,3 +58,37 @@ def test_a_full_disk_stops_no_robot(tmp_path: Path) -> None:
     execute(plant, act("wait", duration=0.1), allow, 1e9)
     plant.close()
     assert recorder.lost >= 4
+
+
+def test_a_recording_is_read_though_lines_of_it_are_lost(tmp_path: Path) -> None:
+    path = tmp_path / "poses.jsonl"
+    # A start that was killed left half a line.
+    path.write_text('{"schema":"aeros/po')
+    recorder = PoseRecorder(path)
+    file, lines = recorder._file, 0
+
+    class NearlyFullDisk:
+        """Loses the shapes once, and of the lines after the sixth one whole and one half."""
+
+        def write(self, content: bytes) -> int:
+            nonlocal lines
+            lines += 1
+            if lines in (2, 7):
+                raise OSError(28, "No space left on device")
+            return file.write(content[: len(content) // 2] if lines == 8 else content)
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(file, name)
+
+    recorder._file = NearlyFullDisk()  # type: ignore[assignment]
+    plant = make_plant(shipped_scene("bare"), 0, engine=make_mujoco_engine(), spectators=[recorder])
+    execute(plant, act("wait", duration=0.5), allow, 1e9)
+    plant.close()
+    assert recorder.lost == 3
+    read = read_recording(path)
+    assert read.samples[0].time == pytest.approx(1 / 30, abs=1e-4)
+    times = [sample.time for sample in read.samples]
+    gaps = [after - before for before, after in pairwise(times)]
+    assert max(gaps) == pytest.approx(3 / 30, abs=2e-4)
+    whole = [line for line in path.read_text().splitlines() if '"q"' in line and '"base"' in line]
+    assert len(whole) >= 2
