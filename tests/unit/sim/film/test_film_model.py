@@ -66,7 +66,7 @@ def test_meshes_and_hulls_of_an_arm_are_in_the_same_place(monkeypatch: pytest.Mo
     "text",
     [
         "<robot>",
-        '<robot><link name="a"><visual><geometry><mesh filename="no.obj"/></geometry></visual></link></robot>',
+        '<robot><link name="a"><visual><geometry><mesh filename="a.obj"/></geometry></visual></link></robot>',
     ],
 )
 def test_an_arm_whose_urdf_cannot_be_read_is_drawn_by_its_hulls(
