@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
+from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
@@ -454,13 +455,16 @@ def arm_of(robot: RobotFigure) -> MeshArm | HullArm:
         robot: the robot.
 
     Returns:
-        The arm, by its meshes if they are installed, else by its hulls.
+        The arm, by its meshes if they are installed and can be read, else by its hulls.
     """
     folder = data_folder()
     path = None if folder is None or not robot.urdf else (folder / robot.urdf).resolve()
     if path is None or folder is None or folder.resolve() not in path.parents or not path.is_file():
         return HullArm(robot)
     meshes: dict[str, tuple[tuple[Pose, Mesh], ...]] = {}
-    for one in meshes_of_urdf(path):
-        meshes[one.link] = (*meshes.get(one.link, ()), (one.place, one.mesh))
-    return MeshArm(robot, UrdfVisuals(str(path)), meshes)
+    try:
+        for one in meshes_of_urdf(path):
+            meshes[one.link] = (*meshes.get(one.link, ()), (one.place, one.mesh))
+        return MeshArm(robot, UrdfVisuals(str(path)), meshes)
+    except (LookupError, OSError, ParseError, ValueError):
+        return HullArm(robot)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -59,3 +60,18 @@ def test_meshes_and_hulls_of_an_arm_are_in_the_same_place(monkeypatch: pytest.Mo
     assert np.linalg.norm(np.subtract(left.position, right.position)) == pytest.approx(0.08, abs=1e-6)
     monkeypatch.setattr(film_model, "data_folder", lambda: None)
     assert isinstance(arm_of(robot), HullArm)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<robot>",
+        '<robot><link name="a"><visual><geometry><mesh filename="a.obj"/></geometry></visual></link></robot>',
+    ],
+)
+def test_an_arm_whose_urdf_cannot_be_read_is_drawn_by_its_hulls(
+    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "arm.urdf").write_text(text)
+    monkeypatch.setattr(film_model, "data_folder", lambda: tmp_path)
+    assert isinstance(arm_of(replace(ROBOT, urdf="arm.urdf")), HullArm)
