@@ -37,9 +37,10 @@ EXTRAS: Final = {
 
 
 class PartState(Enum):
-    """If a part can be used."""
+    """If a part can be used: it was tried, or it is installed in a version that fits."""
 
     WORKS = "works"
+    INSTALLED = "installed"
     MISSING = "missing"
     BROKEN = "broken"
 
@@ -117,13 +118,13 @@ def _needed(requirements: list[Requirement]) -> InstalledPart:
     if lacking:
         cure = f"install it again: pip install --force-reinstall {DISTRIBUTION}"
         return InstalledPart("core", PartState.BROKEN, f"lacks {', '.join(lacking)}", gives, cure)
-    return InstalledPart("core", PartState.WORKS, ", ".join(there), gives)
+    return InstalledPart("core", PartState.INSTALLED, ", ".join(there), gives)
 
 
 def _extra(name: str, requirements: list[Requirement], gives: str) -> InstalledPart:
     there, lacking = _lacking(requirements)
     if not lacking:
-        return InstalledPart(name, PartState.WORKS, ", ".join(there) or "nothing more is needed", gives)
+        return InstalledPart(name, PartState.INSTALLED, ", ".join(there) or "nothing more is needed", gives)
     cure = f"pip install '{DISTRIBUTION}[{name}]'"
     if "pybullet" in lacking and sys.version_info >= (3, 12):
         cure = "PyBullet has no wheel for this Python: use Python 3.11, or `--plant mujoco`"

@@ -55,9 +55,9 @@ def _command(arguments: argparse.Namespace) -> Exit:
 def _lines(parts: Sequence[InstalledPart], width: int) -> Iterator[str]:
     yield f"aeros {aeros.__version__}"
     column = 2 + max(len(one.name) for one in parts)
-    indent = " " * (column + 9)
+    indent = " " * (column + 11)
     for one in parts:
-        head = f"{one.name:{column}}{one.state.value:9}"
+        head = f"{one.name:{column}}{one.state.value:11}"
         texts = [one.found] + ([f"gives: {one.gives}", f"cure: {one.cure}"] if one.cure else [])
         lines = [line for text in texts for line in wrap(text, max(20, width - len(indent)))]
         yield head + lines[0]
