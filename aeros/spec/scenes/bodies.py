@@ -26,7 +26,7 @@ from aeros.spec.model.scene import (
     Sphere,
     UrdfModel,
 )
-from aeros.spec.scenes.looks import LookElaborator
+from aeros.spec.scenes.looks import LookElaborator, is_known
 from aeros.spec.scenes.quantities import Quantities
 from aeros.spec.scenes.urdf import check_urdf
 from aeros.spec.text.fields import NumberField, TextField
@@ -223,17 +223,8 @@ class BodyElaborator:
         )
 
     def _require(self, name: TextField, among: Collection[str], what: str) -> bool:
-        if name.value in among:
-            return True
-        near = did_you_mean(name.value, among)
-        listed = ", ".join(f"`{one}`" for one in among) or "none"
-        self._numbers.diagnostics.error(
-            "AE122",
-            f"the model has no {what} `{name.value}`",
-            name.span,
-            help=(f"did you mean `{near}`?" if near else f"it has {listed}",),
-        )
-        return False
+        headline = f"the model has no {what} `{name.value}`"
+        return is_known(name, among, self._numbers.diagnostics, headline, "it has")
 
     def _joint(self, joint: declared.Joint, kind: str) -> Joint:
         number = self._numbers

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from typing import Final, Literal, get_args
 
 from aeros.spec.declared import scene as declared
-from aeros.spec.diagnostics.codes import did_you_mean
+from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.model.scene import GREY, Colour, LookPart, Shape, UrdfModel, Vector
 from aeros.spec.scenes.quantities import Quantities
 from aeros.spec.text.fields import TextField
@@ -93,17 +93,32 @@ class LookElaborator:
         return (x, y, z)
 
     def _is_known(self, name: TextField, among: Collection[str], sort: str) -> bool:
-        if name.value in among:
-            return True
-        near = did_you_mean(name.value, among)
-        listed = ", ".join(f"`{one}`" for one in among) or "none"
-        self._numbers.diagnostics.error(
-            "AE122",
-            f"there is no {sort} `{name.value}` for this body",
-            name.span,
-            help=(f"did you mean `{near}`?" if near else f"there is {listed}",),
-        )
-        return False
+        headline = f"there is no {sort} `{name.value}` for this body"
+        return is_known(name, among, self._numbers.diagnostics, headline, "there is")
+
+
+def is_known(
+    name: TextField, among: Collection[str], diagnostics: Diagnostics, headline: str, listing: str
+) -> bool:
+    """Check if a name is one of some, and report an error if it is not.
+
+    Args:
+        name: as it is written.
+        among: the names that there are.
+        diagnostics: gets the error.
+        headline: of the error.
+        listing: words before the list of names, which is the cure if none is near.
+
+    Returns:
+        True if it is.
+    """
+    if name.value in among:
+        return True
+    near = did_you_mean(name.value, among)
+    listed = ", ".join(f"`{one}`" for one in among) or "none"
+    cure = f"did you mean `{near}`?" if near else f"{listing} {listed}"
+    diagnostics.error("AE122", headline, name.span, help=(cure,))
+    return False
 
 
 def _colour(part: declared.LookPart) -> Colour:
