@@ -42,6 +42,19 @@ def add_command(
     )
 
 
+def add_verbosity(parser: argparse.ArgumentParser, *, quiet: str, verbose: str) -> None:
+    """Add the options `-q` and `-v`, of which one can be given.
+
+    Args:
+        parser: Parser of the command.
+        quiet: What the command prints under `-q`.
+        verbose: What it prints under `-v`.
+    """
+    choice = parser.add_mutually_exclusive_group()
+    choice.add_argument("-q", "--quiet", action="store_true", help=quiet)
+    choice.add_argument("-v", "--verbose", action="store_true", help=verbose)
+
+
 def existing_path(text: str) -> Path:
     """Parse the path of an existing file or folder.
 

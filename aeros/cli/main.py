@@ -100,8 +100,8 @@ def _run_command(given: Sequence[str], begin: Callable[[], object] | None) -> in
     if (renamed := _renamed_option(given)) is not None:
         print(f"aeros: option `{renamed[0]}` was renamed; use `{renamed[1]}`", file=sys.stderr)
         return Exit.USAGE
-    parsed = parse(given)
     try:
+        parsed = parse(given)
         if begin is not None:
             begin()
         return int(parsed.command(parsed))

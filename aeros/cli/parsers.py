@@ -8,11 +8,13 @@ import re
 import sys
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
-from typing import NoReturn
+from pathlib import Path
+from typing import Final, NoReturn
 
 import aeros
 from aeros.cli.commands import COMMANDS, GROUPS, MODULES_OF_SEVERAL
 from aeros.cli.help_text import all_commands, group_help, option_names, short_help, short_usage
+from aeros.cli.project_settings import ProjectSettings, find_settings
 from aeros.exit_codes import Exit
 
 
@@ -88,6 +90,9 @@ def parse(given: Sequence[str]) -> argparse.Namespace:
 
     Returns:
         The arguments; `command` is to be called with them.
+
+    Raises:
+        UsageError: the file with the settings of the project cannot be used.
     """
     if given[:1] == ["help"]:
         sys.exit(_print_help(given[1:]))
@@ -95,6 +100,10 @@ def parse(given: Sequence[str]) -> argparse.Namespace:
     first = next((word for word in given if not word.startswith("-")), None)
     if first is not None and given[0] == first and first not in COMMANDS:
         parser.refuse(f"no command `{first}`{_intended(first, (*COMMANDS, 'help'))}")
+    if command is not None and first is not None:
+        wanted = tuple(dest for dest in _SETTING_OF if dest not in _NOT_SET.get(first, ()))
+        if any(_has(command, dest) for dest in wanted):
+            _apply(command, find_settings(Path.cwd()), wanted)
     parsed, unknown = parser.parse_known_args(given)
     if unknown:
         known = [] if command is None else option_names(command)
@@ -102,6 +111,38 @@ def parse(given: Sequence[str]) -> argparse.Namespace:
         cure = _intended(word.partition("=")[0], known) if word.startswith("-") else ""
         (command or parser).refuse(f"unrecognized arguments: {' '.join(unknown)}{cure}")
     return parsed
+
+
+_SETTING_OF: Final = {"site": "site", "ecms": "ecms", "paths": "ecms", "state": "state", "plant": "plant"}
+"""Setting by the name of the argument whose default it is; `paths` are those of `aeros verify`."""
+
+_OF_A_RUN: Final = ("site", "ecms", "plant")
+
+_NOT_SET: Final = {
+    **dict.fromkeys(("report", "film", "audit", "top"), _OF_A_RUN),
+    **dict.fromkeys(("experiment", "migrate", "check-plant"), (*_OF_A_RUN, "paths")),
+}
+"""Arguments that settings leave alone, as they tell of a run that may be another project's, or of AEROS."""
+
+
+def _inner_parsers(command: argparse.ArgumentParser) -> Iterable[argparse.ArgumentParser]:
+    for action in command._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            yield from action.choices.values()
+
+
+def _has(command: argparse.ArgumentParser, dest: str) -> bool:
+    own = any(action.dest == dest for action in command._actions)
+    return own or any(_has(inner, dest) for inner in _inner_parsers(command))
+
+
+def _apply(command: argparse.ArgumentParser, settings: ProjectSettings, wanted: Sequence[str]) -> None:
+    """Make settings the defaults of the arguments that are named so; what is given takes their place."""
+    for dest in wanted:
+        if _SETTING_OF[dest] in settings.options and any(one.dest == dest for one in command._actions):
+            command.set_defaults(**{dest: settings.options[_SETTING_OF[dest]]})
+    for inner in _inner_parsers(command):
+        _apply(inner, settings, wanted)
 
 
 def command_parser(name: str) -> CommandParser:

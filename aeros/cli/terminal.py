@@ -7,6 +7,7 @@ a `SafeStream` in place of standard output and standard error, and all output go
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from collections.abc import Iterator
@@ -65,6 +66,7 @@ class SafeStream:
         Returns:
             Number of characters of `text`.
         """
+        clear_progress()
         shown = escape_for_terminal(text)
         if self._is_of_messages:
             start = len(shown) - len(shown.lstrip("\n"))
@@ -173,6 +175,34 @@ def print_coloured(text: str) -> None:
     sys.stdout.write("\n")
 
 
+def shows_colour(stream: IO[str]) -> bool:
+    """Say if text for a stream gets colours.
+
+    `NO_COLOR` (https://no-color.org) and `FORCE_COLOR` (https://force-color.org) decide for every stream, the
+    former first, where they are set and not empty; otherwise terminals get colours, but for those that are
+    named `dumb`.
+
+    Args:
+        stream: standard output or standard error.
+
+    Returns:
+        True if it gets colours.
+    """
+    if os.environ.get("NO_COLOR"):
+        return False
+    return bool(os.environ.get("FORCE_COLOR")) or (stream.isatty() and os.environ.get("TERM") != "dumb")
+
+
+_ERASERS: Final[list[IO[str]]] = []
+"""The stream on whose last line progress stands; empty if there is none."""
+
+
+def clear_progress() -> None:
+    """Erase the progress that is shown, if any is, before something else is written."""
+    while _ERASERS:
+        write_control(_ERASE_LINE, _ERASERS.pop())
+
+
 def show_progress(text: str, *, is_last: bool = False) -> None:
     """Show progress on one line of standard error, in place of what was shown there before.
 
@@ -184,3 +214,5 @@ def show_progress(text: str, *, is_last: bool = False) -> None:
     sys.stderr.write(escape_for_terminal(text).replace("\n", " "))
     write_control("\n" if is_last else "\r", sys.stderr)
     sys.stderr.flush()
+    if not is_last:
+        _ERASERS.append(sys.stderr)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import deque
 from pathlib import Path
 from typing import Final, Self, TextIO
@@ -20,8 +21,12 @@ _LONGEST_ROUND: Final = 6
 """Lines of a round that is folded if it repeats, at most: plan, step and wait are three."""
 
 
+_MEASURED: Final = re.compile(r"\d+\.\d+")
+"""A number as of measurements, which differs a little each time; whole numbers count and name things."""
+
+
 class _RoundFolder:
-    """Finds lines that only repeat the lines before, in rounds of a few lines.
+    """Finds lines that only repeat the lines before but for measured numbers, in rounds of a few lines.
 
     A round is shown twice; from then on its lines are counted.
     """
@@ -40,9 +45,10 @@ class _RoundFolder:
         Returns:
             True if it only repeats the lines before.
         """
-        if not self._length or text != self._texts[-self._length]:
+        plain = _MEASURED.sub("#", text)
+        if not self._length or plain != self._texts[-self._length]:
             return False
-        self._texts.append(text)
+        self._texts.append(plain)
         self._folded += 1
         return True
 
@@ -67,7 +73,7 @@ class _RoundFolder:
         Args:
             text: The line, without its time.
         """
-        self._texts.append(text)
+        self._texts.append(_MEASURED.sub("#", text))
         listed = list(self._texts)
         rounds = range(1, len(listed) // 2 + 1)
         self._length = next((n for n in rounds if listed[-n:] == listed[-2 * n : -n]), 0)

@@ -73,8 +73,8 @@ class Case:
     @property
     def arguments(self) -> list[str]:
         if (CORPUS / self.path / "site.yaml").exists():
-            return ["verify", "site/idle", "--site", str(self.path / "site.yaml"), "--no-lock"]
-        return ["verify", str(self.path), "--site", "site/table.yaml", "--no-lock"]
+            return ["verify", "-v", "site/idle", "--site", str(self.path / "site.yaml"), "--no-lock"]
+        return ["verify", "-v", str(self.path), "--site", "site/table.yaml", "--no-lock"]
 
     @property
     def golden(self) -> Path:

@@ -63,11 +63,12 @@ def record_start(journal: Journal, role: StepRole, dispatch: Dispatch, inputs: M
     """
     record, usual = dispatch.record, dispatch.typical_duration
     name = f"{dispatch.request.module}.{dispatch.request.skill}"
-    took = "" if usual is None else f"; successes take {usual}"
-    took += f"; timeout {float(dispatch.skill.timeout):g} s"
+    tries = record.successes + record.failures
+    took = "" if usual is None else f", in {usual}"
+    history = f" (before: {record.successes} of {tries} succeeded{took})" if tries else ""
     journal.record_step(
         "step-started",
-        f"{role.value} {name} ({record.successes} successes and {record.failures} failures so far{took})",
+        f"{role.value} {name}{history}",
         skill=name,
         role=role.value,
         inputs=inputs,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import add_command, add_solver_limits, existing_path
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.terminal import print_coloured
+from aeros.cli.terminal import print_coloured, shows_colour
 from aeros.exit_codes import Exit
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.resource_limit import MAX_TIMEOUTS
@@ -80,7 +80,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.format == "json":
         print(json.dumps(_as_json(difference), indent=1, ensure_ascii=True))
     else:
-        print_coloured(_as_text(difference, colour=sys.stdout.isatty()))
+        print_coloured(_as_text(difference, colour=shows_colour(sys.stdout)))
     if any(problem.severity is Severity.ERROR for problem in difference.problems):
         return Exit.REJECTED
     if arguments.fail_on and difference.allows_more:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 from aeros.cli.arguments import (
     add_command,
     add_solver_limits,
+    add_verbosity,
     available_cpus,
     existing_path,
     process_count,
@@ -22,10 +23,11 @@ from aeros.cli.arguments import (
     writable_path,
 )
 from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
-from aeros.cli.author.reports.text import as_text
+from aeros.cli.author.reports.text import TextDetail, as_text
 from aeros.cli.author.scene_checks import add_scene_warnings
+from aeros.cli.help_text import screen_width
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.terminal import print_coloured, print_diagnostics, show_progress
+from aeros.cli.terminal import print_coloured, print_diagnostics, show_progress, shows_colour
 from aeros.exit_codes import Exit, UsageError, exit_for
 from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
@@ -70,7 +72,11 @@ def add_to(commands: Subparsers) -> None:
     """
     parser = add_command(commands, "verify", __doc__, _EXAMPLES)
     parser.add_argument(
-        "paths", nargs="+", type=existing_path, metavar="PATH", help="a module, or a folder of modules"
+        "paths",
+        nargs="*",
+        type=existing_path,
+        metavar="PATH",
+        help="a module, or a folder of modules (default: `ecms` of aeros.toml)",
     )
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
@@ -116,6 +122,11 @@ def add_to(commands: Subparsers) -> None:
         help="check every obligation with cvc5, and at points that each question is written for both solvers "
         "as the language defines it; exit with 3 if anything is left undecided",
     )
+    add_verbosity(
+        parser,
+        quiet="print problems alone, and no progress",
+        verbose="show the condition of each rule that is checked at run time, and outcomes left out",
+    )
     parser.set_defaults(command=_command)
 
 
@@ -143,7 +154,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.USAGE
     in_text = arguments.output is not None or arguments.format == "text"
     if in_text:
-        print_coloured(as_text(result, colour=sys.stdout.isatty()))
+        _print_text(result, arguments)
     else:
         print(as_asked(result))
     if summary:
@@ -162,6 +173,8 @@ def _require_consistent(arguments: argparse.Namespace) -> None:
     Raises:
         UsageError: repairs are asked for with an option that excludes them.
     """
+    if not arguments.paths:
+        raise UsageError("name a module or a folder of modules, or set `ecms` in aeros.toml")
     if arguments.fix and arguments.check:
         raise UsageError("--fix writes repairs and --check writes nothing: give one of them")
     if arguments.diff and (arguments.format != "text" or arguments.output is not None):
@@ -190,7 +203,7 @@ def _verify_briefly(arguments: argparse.Namespace, folders: Sequence[Path]) -> R
 
 
 def _verify(arguments: argparse.Namespace) -> Report:
-    progress: Progress = _progress if sys.stderr.isatty() else lambda _: None
+    progress: Progress = _progress if sys.stderr.isatty() and not arguments.quiet else lambda _: None
     second = _second_solver(arguments)
     # Proofs make almost no reference cycles: to look for them takes some hundredths of a run.
     with _no_cycle_search(), nullcontext() if arguments.no_cache else open_default_store() as store:
@@ -218,6 +231,16 @@ def _no_cycle_search() -> Iterator[None]:
     finally:
         if is_on:
             gc.enable()
+
+
+def _print_text(result: VerifyResult, arguments: argparse.Namespace) -> None:
+    """Print the report in as much detail as asked for."""
+    detail = TextDetail.VERBOSE if arguments.verbose else TextDetail.USUAL
+    detail = TextDetail.QUIET if arguments.quiet else detail
+    width = screen_width() if sys.stdout.isatty() else None
+    text = as_text(result, colour=shows_colour(sys.stdout), detail=detail, width=width)
+    if text:
+        print_coloured(text)
 
 
 def _renderer(name: str) -> Callable[[VerifyResult], str]:

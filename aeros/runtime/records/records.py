@@ -194,22 +194,24 @@ def caller_details(caller: Caller) -> dict[str, Any]:
 
 
 def format_reasons(reasons: tuple[Reason, ...], causes: tuple[Cause, ...] = ()) -> str:
-    """Format the reasons of a denial for people.
+    """Format the reasons of a denial for people: the first that values explain, and the other rules.
 
     Args:
         reasons: the reasons, in order.
         causes: the cause of each, in the same order, with the values that broke it; empty if unknown.
 
     Returns:
-        One line, `CODE RULE: VALUES; TEXT` each, separated by semicolons; VALUES only where a cause has them
-        and the text does not say the same.
+        One line, `CODE RULE: VALUES; also RULE, RULE`; the text of the reason where no cause has values.
     """
+    if not reasons:
+        return "the gate gave no reason"
     values = [", ".join(map(str, cause.shortfalls)) for cause in causes] or [""] * len(reasons)
-    text = "; ".join(
-        f"{reason.code} {reason.rule}: {f'{shown}; ' if shown not in ('', reason.text) else ''}{reason.text}"
-        for reason, shown in zip(reasons, values, strict=True)
+    told, shown = next(
+        ((reason, one) for reason, one in zip(reasons, values, strict=True) if one), (reasons[0], "")
     )
-    return text or "the gate gave no reason"
+    others = [rule for rule in dict.fromkeys(reason.rule for reason in reasons) if rule != told.rule]
+    also = f"; also {', '.join(others)}" if others else ""
+    return f"{told.code} {told.rule}: {shown or told.text}{also}"
 
 
 def _action_details(action: Action) -> dict[str, Any]:

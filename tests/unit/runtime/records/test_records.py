@@ -24,8 +24,10 @@ def test_a_denial_is_formatted_with_the_values_that_broke_the_rule() -> None:
     near = UnmetBound("human_distance", 0.61, "at least", 0.89, "m")
     reasons = (Reason("AE750", "separation", "somebody is near"), Reason("AE710", "worn", "a finger is worn"))
     causes = (Cause("rule", "separation", "", shortfalls=(near,)), Cause("gate", "worn", ""))
-    denied = "AE750 separation: human_distance is 0.61 m (at least 0.89 m); somebody is near; AE710 worn: "
-    assert format_reasons(reasons, causes) == f"{denied}a finger is worn"
+    denied = "AE750 separation: human_distance is 0.61 m (at least 0.89 m)"
+    assert format_reasons(reasons, causes) == f"{denied}; also worn"
+    assert format_reasons(reasons[::-1], causes[::-1]) == f"{denied}; also worn"
+    assert format_reasons(reasons[:1], causes[:1]) == denied
     assert format_reasons(reasons[1:]) == "AE710 worn: a finger is worn"
     assert format_reasons(()) == "the gate gave no reason"
 
