@@ -36,6 +36,7 @@ def add_command(
     """
     return commands.add_parser(
         name,
+        help=(description or "").replace("%", "%%"),
         description=description,
         epilog=f"{examples}\n{EXIT_CODES}",
         formatter_class=WrappedEpilog,

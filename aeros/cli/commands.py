@@ -133,6 +133,9 @@ GROUPS: Final[dict[str, CommandGroup]] = {
             "doctor": CommandEntry(
                 "project.doctor", "show which parts of AEROS work here, and how to get the others"
             ),
+            "completion": CommandEntry(
+                "project.completion", "print the script by which a shell completes commands and options"
+            ),
             "prove": CommandEntry("project.prove", "check the theorems about AEROS itself"),
             "experiment": CommandEntry(
                 "project.experiment", "run seeded trials and compare them with exact predictions"

@@ -163,18 +163,37 @@ def command_parser(name: str) -> CommandParser:
     return command
 
 
+def all_parsers() -> argparse.ArgumentParser:
+    """Import the code of all commands.
+
+    Returns:
+        The parser of `aeros`, which knows each of them.
+    """
+    parser, commands = _program()
+    for name in COMMANDS:
+        _add(commands, name)
+    return parser
+
+
 def _parsers(given: Sequence[str]) -> tuple[CommandParser, CommandParser | None]:
     """Return the parser of `aeros`, and that of the command in the words given."""
+    parser, commands = _program()
+    wanted = next((word for word in given if word in COMMANDS), None)
+    return parser, None if wanted is None else _add(commands, wanted)
+
+
+def _program() -> tuple[CommandParser, argparse._SubParsersAction[CommandParser]]:
+    """Make the parser of `aeros`, without commands, and where they are added."""
     parser = _AllCommands(prog="aeros")
     parser.add_argument("-V", "--version", action="version", version=f"aeros {aeros.__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=CommandParser)
-    wanted = next((word for word in given if word in COMMANDS), None)
-    if wanted is None:
-        return parser, None
-    module = COMMANDS[wanted].module
+    return parser, parser.add_subparsers(required=True, metavar="COMMAND", parser_class=CommandParser)
+
+
+def _add(commands: argparse._SubParsersAction[CommandParser], name: str) -> CommandParser:
+    module = COMMANDS[name].module
     add_to = importlib.import_module(f"aeros.cli.{module}").add_to
-    add_to(commands, wanted) if module in MODULES_OF_SEVERAL else add_to(commands)
-    return parser, commands.choices[wanted]
+    add_to(commands, name) if module in MODULES_OF_SEVERAL else add_to(commands)
+    return commands.choices[name]
 
 
 def _print_help(words: Sequence[str]) -> int:

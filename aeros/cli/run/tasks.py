@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -53,6 +54,7 @@ def add_to(commands: Subparsers) -> None:
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.add_argument("-v", "--verbose", action="store_true", help="list all words of each task")
     parser.set_defaults(command=_command)
 
 
@@ -66,7 +68,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     with governor:
         warn_of_withheld_modules(governor)
         if arguments.instruction is None:
-            _list_tasks(configuration, arguments.format)
+            _list_tasks(configuration, arguments.format, is_verbose=arguments.verbose)
             return Exit.SUCCESS
         try:
             meaning = understand_instruction(arguments.instruction, configuration, governor)
@@ -103,7 +105,18 @@ def _default(parameter: TaskParameter) -> Any:
     return int(parameter.default) if is_whole else to_json_value(parameter.default)
 
 
-def _list_tasks(configuration: Configuration, form: str) -> None:
+_MOST_WORDS: Final = 4
+"""Phrases of one kind that are listed unless all are asked for."""
+
+
+def _phrases(phrases: Sequence[str], *, is_verbose: bool, between: str = ", ") -> str:
+    """List phrases; or only the first, and count the others."""
+    if is_verbose or len(phrases) <= _MOST_WORDS + 1:
+        return between.join(phrases)
+    return f"{between.join(phrases[:_MOST_WORDS])} and {len(phrases) - _MOST_WORDS} more"
+
+
+def _list_tasks(configuration: Configuration, form: str, *, is_verbose: bool) -> None:
     listed: list[dict[str, Any]] = [
         {
             "task": f"{module.id}.{task.id}",
@@ -131,15 +144,28 @@ def _list_tasks(configuration: Configuration, form: str) -> None:
         return
     for one in listed:
         print_line(one["task"])
-        print_line(f"  goal     {one['goal']}")
-        print_line(f"  say      {', '.join(one['words'])}")
-        for label, key in (("with", "objects"), ("also", "extras")):
-            if one[key]:
-                print_line(f"  {label:<8} {', '.join(one[key])}")
-        for name, parameter in one["parameters"].items():
-            stated = {value: ", ".join(words) for value, words in parameter["words"].items()}
-            values = "; ".join(f"{value} ({words})" if words else value for value, words in stated.items())
-            default = "" if parameter["default"] is None else f", else {parameter['default']}"
-            print_line(f"  {name:<8} {values or parameter['range'] or 'true or false'}{default}")
-        for phrase, text in one["conditions"].items():
-            print_line(f"  if       {phrase}: {text}")
+        for label, shown in _described(one, is_verbose=is_verbose):
+            print_line(f"  {label:<8} {shown}")
+    if not is_verbose:
+        print("\n`aeros tasks -v` lists all words")
+
+
+def _described(one: Mapping[str, Any], *, is_verbose: bool) -> Iterator[tuple[str, str]]:
+    """Describe a task in rows of a label and a text."""
+    yield "goal", one["goal"]
+    for label, key in (("say", "words"), ("with", "objects"), ("also", "extras")):
+        if one[key]:
+            yield label, _phrases(one[key], is_verbose=is_verbose)
+    for name, parameter in one["parameters"].items():
+        stated = {
+            value: _phrases(words, is_verbose=is_verbose) for value, words in parameter["words"].items()
+        }
+        values = [f"{value} ({words})" if words else value for value, words in stated.items()]
+        default = "" if parameter["default"] is None else f", else {parameter['default']}"
+        shown = _phrases(values, is_verbose=is_verbose, between="; ")
+        yield name, f"{shown or parameter['range'] or 'true or false'}{default}"
+    conditions = [f"{phrase}: {text}" for phrase, text in one["conditions"].items()]
+    if conditions and not is_verbose:
+        yield "if", _phrases(list(one["conditions"]), is_verbose=False)
+    else:
+        yield from (("if", shown) for shown in conditions)
