@@ -33,7 +33,10 @@ GROUPS: Final[dict[str, CommandGroup]] = {
     "author": CommandGroup(
         "write modules and prove them",
         {
-            "new": CommandEntry("author.new", "create a new module from a template"),
+            "new": CommandEntry(
+                "author.new.command",
+                "create a module, a site, checks in CI or a whole project from a template",
+            ),
             "verify": CommandEntry("author.verify", "prove modules safe under a site's policy"),
             "explain": CommandEntry("author.explain", "explain a diagnostic code"),
             "test": CommandEntry(

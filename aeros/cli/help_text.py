@@ -156,7 +156,7 @@ def short_help(parser: argparse.ArgumentParser, whole: str) -> str:
     room = MOST_LINES - len(head) - len(foot)
     for shown in range(len(options), 0, -1):
         body = ["options:", *_option_lines(options[:shown], width), ""]
-        if names := [one.option_strings[-1] for one in options[shown:]]:
+        if names := ["/".join(one.option_strings) for one in options[shown:]]:
             body += [*_named("more options", names, width), ""]
         if len(body) <= room:
             break

@@ -100,11 +100,13 @@ def parse(given: Sequence[str]) -> argparse.Namespace:
     first = next((word for word in given if not word.startswith("-")), None)
     if first is not None and given[0] == first and first not in COMMANDS:
         parser.refuse(f"no command `{first}`{_intended(first, (*COMMANDS, 'help'))}")
-    if command is not None and first is not None:
-        wanted = tuple(dest for dest in _SETTING_OF if dest not in _NOT_SET.get(first, ()))
-        if any(_has(command, dest) for dest in wanted):
-            _apply(command, find_settings(Path.cwd()), wanted)
+    settings = ProjectSettings() if command is None or first is None else _settings_of(first, command)
+    if command is not None:
+        _set_defaults(command, settings)
     parsed, unknown = parser.parse_known_args(given)
+    # argparse would add what is given to the default of an option that may be repeated.
+    if "ecms" in settings.options and getattr(parsed, "ecms", ()) is None:
+        parsed.ecms = settings.options["ecms"]
     if unknown:
         known = [] if command is None else option_names(command)
         word = unknown[0]
@@ -113,16 +115,17 @@ def parse(given: Sequence[str]) -> argparse.Namespace:
     return parsed
 
 
-_SETTING_OF: Final = {"site": "site", "ecms": "ecms", "paths": "ecms", "state": "state", "plant": "plant"}
-"""Setting by the name of the argument whose default it is; `paths` are those of `aeros verify`."""
+_OTHERS: Final = frozenset(("report", "film", "audit", "top", "experiment", "migrate", "check-plant"))
+"""Commands about a run that may be another project's, or about AEROS: settings give them the state alone."""
 
-_OF_A_RUN: Final = ("site", "ecms", "plant")
 
-_NOT_SET: Final = {
-    **dict.fromkeys(("report", "film", "audit", "top"), _OF_A_RUN),
-    **dict.fromkeys(("experiment", "migrate", "check-plant"), (*_OF_A_RUN, "paths")),
-}
-"""Arguments that settings leave alone, as they tell of a run that may be another project's, or of AEROS."""
+def _settings_of(name: str, command: CommandParser) -> ProjectSettings:
+    """Read the settings of the project, as far as a command has arguments of theirs."""
+    names = ("state",) if name in _OTHERS else ("site", "ecms", "state", "plant", "paths")
+    if not any(_has(command, one) for one in names):
+        return ProjectSettings()
+    found = find_settings(Path.cwd())
+    return ProjectSettings(found.path, {key: one for key, one in found.options.items() if key in names})
 
 
 def _inner_parsers(command: argparse.ArgumentParser) -> Iterable[argparse.ArgumentParser]:
@@ -136,13 +139,15 @@ def _has(command: argparse.ArgumentParser, dest: str) -> bool:
     return own or any(_has(inner, dest) for inner in _inner_parsers(command))
 
 
-def _apply(command: argparse.ArgumentParser, settings: ProjectSettings, wanted: Sequence[str]) -> None:
+def _set_defaults(command: argparse.ArgumentParser, settings: ProjectSettings) -> None:
     """Make settings the defaults of the arguments that are named so; what is given takes their place."""
-    for dest in wanted:
-        if _SETTING_OF[dest] in settings.options and any(one.dest == dest for one in command._actions):
-            command.set_defaults(**{dest: settings.options[_SETTING_OF[dest]]})
+    own = {action.dest for action in command._actions}
+    defaults = {key: one for key, one in settings.options.items() if key in own and key != "ecms"}
+    if "paths" in own and "ecms" in settings.options:  # of `aeros verify`
+        defaults["paths"] = settings.options["ecms"]
+    command.set_defaults(**defaults)
     for inner in _inner_parsers(command):
-        _apply(inner, settings, wanted)
+        _set_defaults(inner, settings)
 
 
 def command_parser(name: str) -> CommandParser:

@@ -29,7 +29,7 @@ from typing import Final, NoReturn
 from tests.repo.tree import ROOT
 
 _PRELOADED: Final = (
-    "aeros.cli.author.new",
+    "aeros.cli.author.new.command",
     "aeros.cli.author.predict",
     "aeros.cli.author.verify",
     "aeros.cli.records.audit",

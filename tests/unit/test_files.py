@@ -170,7 +170,7 @@ def test_a_folder_in_whose_place_is_something_else_is_an_error(tmp_path: Path) -
 
 
 NOT_DURABLE = {
-    "aeros/cli/author/new.py": "staged, then renamed as a whole",
+    "aeros/cli/author/new/module.py": "staged, then renamed as a whole",
     "aeros/cli/robot/module_source.py": "in a temporary folder",
     "aeros/experiments/report/write.py": "written anew each time",
     "aeros/experiments/trials/inline_module.py": "in a temporary folder",

@@ -23,7 +23,7 @@ from aeros.cli.module_settings import (
 )
 from aeros.cli.robot.module_source import BUNDLE, module_source
 from aeros.cli.terminal import print_line
-from aeros.exit_codes import Exit
+from aeros.exit_codes import Exit, UsageError
 from aeros.files import replace_durably
 from aeros.runtime.registry.archive import pack
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files
@@ -34,6 +34,7 @@ from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.text.discovery import MANIFEST
 
 if TYPE_CHECKING:
@@ -75,7 +76,11 @@ _EXAMPLES: Final = {
   aeros configure clean_pot --bind surface=bench --set force="6 N"
   aeros configure clean_pot --reset                 forget earlier settings
 """,
-    "activate": "  aeros activate make_dumplings\n",
+    "activate": """\
+  aeros activate make_dumplings                     one that is installed and configured
+  aeros activate --install ecms/make_dumplings      installs, configures and activates it
+  aeros activate --install clean_pot.ecm.zip --bind surface=bench
+""",
     "deactivate": "  aeros deactivate make_dumplings     also while one of its skills runs\n",
     "remove": "  aeros remove make_dumplings\n",
     "list": """\
@@ -111,6 +116,14 @@ def add_to(commands: Subparsers, name: str) -> None:
     elif name == "list":
         parser.add_argument("--capability", help="only modules that provide this capability")
         parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    elif name == "activate":
+        parser.add_argument("module", nargs="?", help="the module's name")
+        parser.add_argument(
+            "--install",
+            metavar="SOURCE",
+            help="install and configure it first: a folder, bundle or entry point",
+        )
+        add_settings(parser, "NEED", "NAME")
     else:
         parser.add_argument("module", help="the module's name")
         if name == "configure":
@@ -175,6 +188,35 @@ def _configure(arguments: argparse.Namespace) -> Exit:
         print_settings(settings)
     else:
         print_waiting([registry.waiting()[one.name]])
+    _print_blocks(registry, one)
+    return Exit.SUCCESS
+
+
+def _activate(arguments: argparse.Namespace) -> Exit:
+    given = module_configuration(arguments.bind, arguments.set)
+    if (arguments.module is None) == (arguments.install is None):
+        raise UsageError("name an installed module, or give `--install SOURCE`")
+    if arguments.install is None:
+        if given != ModuleConfiguration():
+            raise UsageError("--bind and --set configure a module that `--install` installs")
+        return _lifecycle_command("activate")(arguments)
+    registry = Registry(arguments.state)
+    with module_source(arguments.install) as source:
+        installed = registry.install(source)
+    one = installed
+    try:
+        if given != ModuleConfiguration() or one.state is not ModuleState.ACTIVE:
+            one = registry.configure(one.name, given)
+        if one.name in registry.waiting():
+            print_waiting([registry.waiting()[one.name]])
+            return Exit.REJECTED
+        if one.state is not ModuleState.ACTIVE:
+            one = registry.activate(one.name)
+    except UserError:
+        print(f"{one.name} {one.version} stays {one.state.value}, as this is not possible:", file=sys.stderr)
+        raise
+    print_line(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
+    print_settings(registry.settings(one.name))
     _print_blocks(registry, one)
     return Exit.SUCCESS
 
@@ -318,5 +360,6 @@ _COMMANDS: Final = {
     "install": _install,
     "list": _list,
     "configure": _configure,
-    **{verb: _lifecycle_command(verb) for verb in ("activate", "deactivate", "remove")},
+    "activate": _activate,
+    **{verb: _lifecycle_command(verb) for verb in ("deactivate", "remove")},
 }

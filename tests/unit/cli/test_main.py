@@ -57,7 +57,7 @@ def test_an_old_option_is_refused_with_its_current_name(
         assert main([command, word]) == Exit.USAGE
         assert capsys.readouterr().err == f"aeros: option `{old}` was renamed; use `{new}`\n"
     with pytest.raises(SystemExit):
-        main([command, *(["show"] if command == "audit" else []), "--help"])
+        main([command, *{"audit": ["show"], "new": ["ecm"]}.get(command, []), "--help"])
     shown = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
     assert new in shown
     assert old not in shown

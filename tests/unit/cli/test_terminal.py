@@ -18,6 +18,7 @@ from aeros.cli.terminal import (
     print_line,
     safe_streams,
     show_progress,
+    shows_colour,
     write_control,
 )
 
@@ -70,7 +71,44 @@ def test_progress_stays_on_its_line(capsys: pytest.CaptureFixture[str]) -> None:
     with safe_streams():
         show_progress("half\n\x1b[2J")
         show_progress("done", is_last=True)
-    assert capsys.readouterr().err == "\r\x1b[Khalf \\u001b[2J\r\r\x1b[Kdone\n"
+    assert capsys.readouterr().err == "\r\x1b[Khalf \\u001b[2J\r\r\x1b[K\r\x1b[Kdone\n"
+
+
+def test_progress_is_erased_before_anything_else_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+    with safe_streams():
+        show_progress("half")
+        print("result")
+        print("another")
+    shown = capsys.readouterr()
+    assert shown.err == "\r\x1b[Khalf\r\r\x1b[K"
+    assert shown.out == "result\nanother\n"
+
+
+@pytest.mark.parametrize(
+    ("environment", "is_terminal", "coloured"),
+    [
+        ({}, True, True),
+        ({}, False, False),
+        ({"TERM": "dumb"}, True, False),
+        ({"NO_COLOR": "1"}, True, False),
+        ({"NO_COLOR": ""}, True, True),
+        ({"FORCE_COLOR": "1"}, False, True),
+        ({"FORCE_COLOR": "1", "NO_COLOR": "1"}, True, False),
+    ],
+)
+def test_colours_are_for_terminals_unless_the_environment_decides(
+    environment: dict[str, str], is_terminal: bool, coloured: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Stream(io.StringIO):
+        def isatty(self) -> bool:
+            return is_terminal
+
+    for name in ("NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert shows_colour(Stream()) is coloured
 
 
 def test_a_message_has_one_line_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:

@@ -68,6 +68,18 @@ def test_rounds_of_the_same_lines_are_printed_twice_and_then_counted(tmp_path: P
     ]
 
 
+def test_measured_numbers_make_no_round_different_and_names_and_counts_do(tmp_path: Path) -> None:
+    rounds = [("step", f"denied at 0.{number} m (at least 0.9 m)") for number in (41, 5, 38, 44)]
+    assert printed(tmp_path, *(line for one in rounds for line in one)) == [
+        *rounds[0],
+        *rounds[1],
+        "the 2 lines above repeated 2 more times",
+    ]
+    (tmp_path / "trace.jsonl").unlink()
+    counted = ["re-plan 1", "re-plan 2", "re-plan 3", "cup_1", "cup_2", "cup_3"]
+    assert printed(tmp_path, *counted) == counted
+
+
 def test_a_round_that_breaks_off_is_counted_to_its_last_line(tmp_path: Path) -> None:
     assert printed(tmp_path, *["a", "b"] * 3, "a") == [
         "a",

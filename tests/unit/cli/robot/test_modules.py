@@ -49,6 +49,44 @@ def test_a_module_is_brought_up_listed_and_taken_down(capsys: pytest.CaptureFixt
 
 
 @pytest.mark.usefixtures("robot")
+def test_a_module_is_installed_configured_and_activated_in_one_step(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    capsys.readouterr()
+    for _ in range(2):  # again, it stays active
+        assert run("activate", "--install", str(BASE / "tidy")) == 0
+        assert capsys.readouterr().out.startswith("tidy 1.0.0 is active; sha256:")
+    assert run("list") == 0
+    assert capsys.readouterr().out.startswith("tidy 1.0.0  active")
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_step_that_is_refused_says_where_the_module_stays(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("activate", "--install", str(BASE / "tidy"), "--bind", "camera=nowhere") == 1
+    refusal = capsys.readouterr().err
+    assert "tidy 1.0.0 stays installed, as this is not possible:\n" in refusal
+    assert "nowhere" in refusal or "camera" in refusal
+    assert run("list") == 0
+    assert capsys.readouterr().out.startswith("tidy 1.0.0  installed")
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        ((), "name an installed module, or give `--install SOURCE`"),
+        (("tidy", "--install", "tidy"), "name an installed module, or give `--install SOURCE`"),
+        (("tidy", "--bind", "a=b"), "--bind and --set configure a module that `--install` installs"),
+    ],
+)
+@pytest.mark.usefixtures("robot")
+def test_activation_is_of_one_module_installed_or_to_install(
+    words: tuple[str, ...], error: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("activate", *words) == 2
+    assert error in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
 def test_the_list_finds_by_capability_and_is_there_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
     run("install", str(BASE / "tidy"))
     run("block", "--id", "worn", "--reason", "a finger is worn", "--action", "grip")

@@ -1,4 +1,4 @@
-"""`aeros new`: create a module from a template, one that is proved and runs unchanged."""
+"""`aeros new ecm`: create a module from a template, one that is proved and runs unchanged."""
 
 from __future__ import annotations
 
@@ -14,19 +14,15 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Final
 
-from packaging.version import Version
-
-import aeros
 from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.author.new.naming import MOST_CHARACTERS, identifier, runtime_range
 from aeros.exit_codes import Exit
 from aeros.files import temporary_folder
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.expr.parser import KEYWORDS
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import MANIFEST, reference_site_path
-from aeros.spec.text.fields import PATTERNS
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -43,32 +39,25 @@ examples:
   aeros new ecm tidy --site cell.yaml         for a site of your own
 """
 
-_RESERVED: Final = frozenset({"aeros", "null", "true", "false"}) | KEYWORDS
-"""Names that no module may have under any site: the name of AEROS, and words of YAML and of conditions."""
-
 _WORDS: Final = re.compile(r"[^\W_][\w-]*( [\w-]+)*")
 """Trigger phrases: words with single blanks between them."""
 
 _SCENE: Final = "scenes/table.yaml"
 """Path of the scene file in the module's folder."""
 
-_MAX_NAME_CHARS: Final = 60
-"""Largest number of characters of a name or phrase; file systems allow about 250 bytes."""
-
 
 class _NewModuleError(Exception):
     """A module that is not created; the message says why and what to do."""
 
 
-def add_to(commands: Subparsers) -> None:
+def add_to(kinds: Subparsers) -> None:
     """Add the command and its arguments.
 
     Args:
-        commands: Subparsers of `aeros`.
+        kinds: Subparsers of `aeros new`.
     """
-    parser = add_command(commands, "new", __doc__, _EXAMPLES)
-    parser.add_argument("what", choices=("ecm",), help="the thing to create: a capability module")
-    parser.add_argument("name", type=_name, metavar="NAME", help="name of the module and of its folder")
+    parser = add_command(kinds, "ecm", "create a capability module with tests", _EXAMPLES)
+    parser.add_argument("name", type=identifier, metavar="NAME", help="name of the module and of its folder")
     parser.add_argument(
         "--parent", type=existing_path, default=Path(), metavar="FOLDER", help="default: here"
     )
@@ -86,27 +75,11 @@ def add_to(commands: Subparsers) -> None:
     parser.set_defaults(command=_command)
 
 
-def _name(text: str) -> str:
-    form = PATTERNS["identifier"]
-    if not form.regex.fullmatch(text):
-        near = re.sub(r"[^a-z0-9_]+", "_", text.lower()).strip("_0123456789")
-        hint = f", or `{near}`" if form.regex.fullmatch(near) else ""
-        raise argparse.ArgumentTypeError(
-            f"`{escape_invisible(text)}` is not a module name: "
-            f"write {form.words}, as in `{form.example}`{hint}"
-        )
-    if len(text) > _MAX_NAME_CHARS:
-        raise argparse.ArgumentTypeError(f"a module name has at most {_MAX_NAME_CHARS} characters")
-    if text in _RESERVED:
-        raise argparse.ArgumentTypeError(f"`{text}` is reserved; choose another name")
-    return text
-
-
 def _task(text: str) -> str:
-    if not _WORDS.fullmatch(text) or len(text) > _MAX_NAME_CHARS:
+    if not _WORDS.fullmatch(text) or len(text) > MOST_CHARACTERS:
         raise argparse.ArgumentTypeError(
             f"`{escape_invisible(text)}` cannot ask for a task: write words of letters, digits, `-` and `_`, "
-            f'one blank between them and at most {_MAX_NAME_CHARS} characters, as in "pick up"'
+            f'one blank between them and at most {MOST_CHARACTERS} characters, as in "pick up"'
         )
     return text
 
@@ -157,11 +130,10 @@ def _check_absent(path: Path) -> None:
 
 def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, str]:
     """The text of each file by its path in `place`."""
-    version = Version(aeros.__version__)
     given = {
         "name": name,
         "words": words,
-        "runtime": f">={version.major}.{version.minor},<{version.major}.{version.minor + 1}",
+        "runtime": runtime_range(),
         "gated": "arm-separation" if site is None else "any",
         "site_arguments": ""
         if site is None

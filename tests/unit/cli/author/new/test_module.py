@@ -13,7 +13,7 @@ from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.spec.text.discovery import reference_site_path
 
-REPOSITORY = Path(__file__).parents[4]
+REPOSITORY = Path(__file__).parents[5]
 OTHER_SITE = REPOSITORY / "tests" / "corpus" / "site" / "table.yaml"
 FILES = [
     "test_tidy.py",
@@ -116,15 +116,15 @@ def test_any_name_of_the_right_form_will_do(name: str, tmp_path: Path) -> None:
         ("1st", "or `st`"),
         ("../out", "or `out`"),
         ("a/b", "or `a_b`"),
-        ("", "`` is not a module name"),
-        ("é", "`é` is not a module name"),
-        ("a\n", "`a\\n` is not a module name"),
+        ("", "`` is not a name"),
+        ("é", "`é` is not a name"),
+        ("a\n", "`a\\n` is not a name"),
         ("$name", "or `name`"),
         ("aeros", "`aeros` is reserved; choose another name"),
         ("null", "`null` is reserved; choose another name"),
         ("true", "`true` is reserved; choose another name"),
         ("and", "`and` is reserved; choose another name"),
-        ("a" * 61, "a module name has at most 60 characters"),
+        ("a" * 61, "a name has at most 60 characters"),
     ],
 )
 def test_a_bad_name_is_refused_with_a_better_one(
@@ -252,5 +252,5 @@ def test_help_has_examples_and_exit_codes(capsys: pytest.CaptureFixture[str]) ->
         main(["new", "--help"])
     assert left.value.code == 0
     message = capsys.readouterr().out
-    assert "aeros new ecm tidy --parent ecms" in message
+    assert "aeros new ecm tidy --site cell.yaml" in message
     assert "exit codes:" in message

@@ -1,0 +1,1 @@
+"""Templates of modules, sites and projects: `aeros new`."""
