@@ -375,14 +375,15 @@ def _failure_of(step: PlanStep, attempt: AttemptResult, denied: set[str]) -> Pla
             pause_s=attempt.pause_s,
             is_declared=attempt.is_retryable or not ran,
         )
+    why = attempt.reason.removeprefix("denied: ")
     if attempt.is_transient:
-        return PlanFailure(f"{name} was denied: {attempt.reason}", wait=attempt.wait)
+        return PlanFailure(f"{name} was denied: {why}", wait=attempt.wait)
     inputs = {key: to_json_value(value) for key, value in step.inputs.items()}
     request = json.dumps([ran_by.module, ran_by.skill, inputs], sort_keys=True)
     if request in denied:
-        return PlanFailure(f"{name} was denied a second time: {attempt.reason}", is_final=True)
+        return PlanFailure(f"{name} was denied a second time: {why}", is_final=True)
     denied.add(request)
-    return PlanFailure(f"{name} was denied: {attempt.reason}")
+    return PlanFailure(f"{name} was denied: {why}")
 
 
 def _filled_inputs(step: PlanStep, outputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any] | str:

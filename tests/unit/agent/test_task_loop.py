@@ -278,7 +278,7 @@ def test_patience_comes_to_an_end_and_is_new_after_a_plan_that_ended_otherwise()
     assert runtime.submitted.count("boil") == most + 1 + most + 1
     assert report.reason is not None
     waited = "60 s of waiting until the measured state changes did not help"
-    assert report.reason == f"{waited}: `dumpling.boil` was denied: denied: somebody is near"
+    assert report.reason == f"{waited}: `dumpling.boil` was denied: somebody is near"
 
 
 def test_after_two_stops_in_the_same_state_there_is_a_pause_and_then_a_last_try() -> None:
@@ -536,7 +536,7 @@ def test_a_resumed_run_has_the_re_plans_and_the_waiting_that_are_left(
         report = agent.resume("dumplings")
     assert report.replans == 1
     waited = "5 s of waiting until it did not help"
-    assert report.reason == f"{waited}: `dumpling.boil` was denied: denied: somebody is near"
+    assert report.reason == f"{waited}: `dumpling.boil` was denied: somebody is near"
     waits = [details["seconds"] for kind, details in runtime.notes if kind == "wait-started"]
     assert waits == [RETRY_INTERVAL_S] * 5
 
