@@ -2,7 +2,7 @@
 
 All engines decide the same requests in one process, in turns, and must agree on every one of them.
 Then an allowed request is corrupted in twelve ways, and the benchmark counts what each engine still allows.
-Engines that are not installed are left out: `pip install 'aeros[benchmark]'`.
+Engines that are not installed are left out: `pip install '.[benchmark]'`.
 """
 
 from __future__ import annotations

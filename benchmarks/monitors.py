@@ -6,7 +6,7 @@ One stream of a real x, a sample each second; `historically` and `once` over win
 `x < 1`.  AEROS gets what its executor gives it, readings with times, and checks their form and age; reelay
 gets a dictionary.  The input of each is made before it is timed, as a plant makes it, and that is timed by
 itself.  Monitors agree on every sample.  Then NaN, or nothing, comes in place of a sample, and the output of
-each is shown.  Monitors that are not installed are left out: `pip install 'aeros[benchmark]'`.
+each is shown.  Monitors that are not installed are left out: `pip install '.[benchmark]'`.
 """
 
 from __future__ import annotations

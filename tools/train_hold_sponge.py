@@ -245,7 +245,7 @@ def measure(count: int) -> None:
         count: number of layouts.
     """
     if importlib.util.find_spec("onnxruntime") is None:
-        raise SystemExit("onnxruntime evaluates the policy: pip install 'aeros[learned]'")
+        raise SystemExit("onnxruntime evaluates the policy: pip install '.[learned]'")
     for gated in (True, False):
         began, held = time.perf_counter(), 0
         for seed in range(count):

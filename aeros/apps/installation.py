@@ -14,9 +14,8 @@ from typing import Final, NamedTuple
 
 from packaging.requirements import Requirement
 
+from aeros.distribution import NAME, how_to_install
 from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
-
-DISTRIBUTION: Final = "aeros"
 
 EXTRAS: Final = {
     "cvc5": "a second solver: `aeros verify --strict`",
@@ -86,7 +85,7 @@ def examine_installation(environment: Mapping[str, str] = os.environ) -> Iterato
 def _requirements() -> dict[str, list[Requirement]]:
     """Return what the distribution requires, by extra; the empty name is for all."""
     found: dict[str, list[Requirement]] = {}
-    for line in metadata.requires(DISTRIBUTION) or ():
+    for line in metadata.requires(NAME) or ():
         requirement = Requirement(line)
         extra = re.search(r'extra == ["\']([\w-]+)["\']', line)
         found.setdefault(extra[1] if extra else "", []).append(requirement)
@@ -98,7 +97,7 @@ def _lacking(requirements: list[Requirement]) -> tuple[list[str], list[str]]:
     there: list[str] = []
     lacking: list[str] = []
     for one in requirements:
-        if one.name == DISTRIBUTION:
+        if one.name == NAME:
             continue  # another extra has a line of its own
         try:
             version = metadata.version(one.name)
@@ -116,7 +115,7 @@ def _needed(requirements: list[Requirement]) -> InstalledPart:
     there, lacking = _lacking(requirements)
     gives = "proves, decides and keeps records"
     if lacking:
-        cure = f"install it again: pip install --force-reinstall {DISTRIBUTION}"
+        cure = "install it again: `make install` in the clone of AEROS"
         return InstalledPart("core", PartState.BROKEN, f"lacks {', '.join(lacking)}", gives, cure)
     return InstalledPart("core", PartState.INSTALLED, ", ".join(there), gives)
 
@@ -125,7 +124,7 @@ def _extra(name: str, requirements: list[Requirement], gives: str) -> InstalledP
     there, lacking = _lacking(requirements)
     if not lacking:
         return InstalledPart(name, PartState.INSTALLED, ", ".join(there) or "nothing more is needed", gives)
-    cure = f"pip install '{DISTRIBUTION}[{name}]'"
+    cure = how_to_install(name)
     if "pybullet" in lacking and sys.version_info >= (3, 12):
         cure = "PyBullet has no wheel for this Python: use Python 3.11, or `--plant mujoco`"
     return InstalledPart(name, PartState.MISSING, f"lacks {', '.join(lacking)}", gives, cure)

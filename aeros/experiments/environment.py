@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any, Final
 
 import aeros
+from aeros import distribution
 
 _RESULT_RELEVANT_PACKAGES: Final = ("numpy", "py_trees", "pybullet", "z3-solver")
-_PACKAGES: Final = ("aeros", "distributed", *_RESULT_RELEVANT_PACKAGES, "scipy")
+_PACKAGES: Final = (distribution.NAME, "distributed", *_RESULT_RELEVANT_PACKAGES, "scipy")
 
 
 def environment() -> dict[str, Any]:

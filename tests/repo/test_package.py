@@ -13,6 +13,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 import aeros
+from aeros.distribution import NAME
 from aeros.exit_codes import Exit
 from tests.repo.tree import ROOT, text_of
 
@@ -79,6 +80,19 @@ def test_one_place_says_where_the_repository_is() -> None:
             assert {one or other for one, other in named} <= {owner}, name
 
 
+def test_no_text_tells_to_install_somebody_elses_package() -> None:
+    """On PyPI `aeros` is another project."""
+    assert _PROJECT["project"]["name"] == NAME
+    files = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True)
+    for name in files.stdout.split("\0"):
+        path = ROOT / name
+        if path.suffix in {".cff", ".md", ".py", ".template", ".toml", ".yaml", ".yml", ".in", ".txt"}:
+            text = path.read_text(encoding="utf-8", errors="replace")
+            assert not re.findall(r"\baeros\[|\b(?:pip|pipx|uv|uvx) [^\n`]*[\s'\"]aeros(?![\w/.-])", text), (
+                name
+            )
+
+
 def _locked(name: str) -> dict[str, list[str]]:
     """Versions of a lock file by package, whose hashes are checked to be there."""
     found: dict[str, list[str]] = {}
@@ -99,7 +113,7 @@ def _required(extras: Iterable[str], groups: Iterable[str] = ()) -> Iterator[Req
     texts = [one for extra in extras for one in project["optional-dependencies"][extra]]
     texts += [one for group in groups for one in _PROJECT["dependency-groups"][group]]
     for one in map(Requirement, texts + ([] if groups else project["dependencies"])):
-        if one.name == "aeros":
+        if one.name == NAME:
             yield from _required(one.extras)
         else:
             yield one

@@ -166,7 +166,7 @@ def test_every_extra_is_installed_by_what_is_run() -> None:
             if within := re.match(r"aeros\[([\w,]+)\]", requirement):
                 todo |= set(within[1].split(","))
     assert extras.keys() - installed == {"dev"}  # which is `test`
-    assert extras["dev"] == ["aeros[test]"]
+    assert extras["dev"] == ["aeros-robot[test]"]
 
 
 def test_every_classified_python_is_tried() -> None:

@@ -1,6 +1,6 @@
 """Classical planning of PDDL problems with the library unified-planning.
 
-This is the only module that imports unified-planning, which `pip install 'aeros[pddl]'` installs. Planners
+This is the only module that imports unified-planning, which the extra `pddl` installs. Planners
 (“engines”) are packages of their own; the extra installs one. Disjunctions and negations are compiled away
 first, so that any engine can be used.
 """
@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from aeros.agent.errors import AgentError
+from aeros.distribution import how_to_install
 
 
 class ClassicalEngineError(Exception):
@@ -23,7 +24,7 @@ class UnifiedPlanningEngine:
 
     def __init__(self, name: str | None = None) -> None:
         if find_spec("unified_planning") is None:
-            raise AgentError("--planner pddl needs `pip install 'aeros[pddl]'` (unified_planning is missing)")
+            raise AgentError(f"--planner pddl needs {how_to_install('pddl')} (unified_planning is missing)")
         self._name = name
 
     def solve(self, domain: str, problem: str) -> list[str] | None:

@@ -1,6 +1,6 @@
 """Client of a language model behind an OpenAI-compatible endpoint, with bounded time and answer length.
 
-This is the only module that imports httpx, which `pip install 'aeros[llm]'` installs.
+This is the only module that imports httpx, which the extra `llm` installs.
 
 The server may be slow, broken or hostile. Every answer has a deadline and a maximum length. Compressed
 answers and redirects are refused. Of a server's errors only the status is reported. The key is sent in one

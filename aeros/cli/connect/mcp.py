@@ -30,6 +30,7 @@ from aeros.cli.arguments import (
 from aeros.cli.latest_run import save_latest_run
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import add_plant_argument
+from aeros.distribution import how_to_install
 from aeros.exit_codes import Exit
 from aeros.files import private_umask
 from aeros.runtime.audit.checkpoints import SigningConfiguration
@@ -58,7 +59,7 @@ A client starts this command and communicates with it over standard input and ou
 and state, have plans checked as by `aeros plan check`, and have accepted plans executed, with the same
 agent, gate and audit log as `aeros run`.  Unless the site's `policy.mcp` says otherwise, each execution
 waits for `aeros approve` in another terminal.  `aeros pause`, `resume` and `stop` work as for a run.  The
-robot stops when the client disconnects.  Needs the extra: pip install 'aeros[mcp]'.
+robot stops when the client disconnects.  Needs the extra `mcp`.
 
 examples:
   aeros mcp "make dumplings" --plant symbolic
@@ -91,7 +92,7 @@ def add_to(commands: Subparsers) -> None:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     if find_spec("mcp") is None:
-        print("aeros: the MCP SDK is not installed: pip install 'aeros[mcp]'", file=sys.stderr)
+        print(f"aeros: the MCP SDK is not installed: {how_to_install('mcp')}", file=sys.stderr)
         return Exit.USAGE
     require_signing_options(arguments)
     with private_umask():

@@ -1,6 +1,6 @@
 """Writers of ROS 2 bags and single MCAP files: publishers that store messages in ROS 2's own encoding.
 
-The only importer of `rosbags`, which `pip install 'aeros[ros]'` provides.
+The only importer of `rosbags`, which the extra `ros` provides.
 """
 
 from __future__ import annotations

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from aeros.distribution import how_to_install
+
 FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
 """Pillow's names of the formats of animated pictures, by file suffix."""
 
@@ -64,7 +66,7 @@ def open_encoder(path: Path, size: tuple[int, int], rate: int) -> FilmEncoder:
     except ImportError as error:
         missing = f"({error.name} is missing)"
         raise FilmPackageError(
-            f"writing .mp4 needs `pip install 'aeros[film]'` {missing}; or write .webp or .gif"
+            f"writing .mp4 needs {how_to_install('film')} {missing}; or write .webp or .gif"
         ) from error
     return Mp4Encoder(size, rate, _CONSTANT_RATE)
 

@@ -1,6 +1,6 @@
 """Encode pictures as an MP4 film (H.264).
 
-The sole importer of PyAV, which `pip install 'aeros[film]'` installs.
+The sole importer of PyAV, which the extra `film` installs.
 """
 
 from __future__ import annotations

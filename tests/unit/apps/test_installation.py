@@ -8,12 +8,12 @@ from importlib import metadata
 import pytest
 
 from aeros.apps.installation import (
-    DISTRIBUTION,
     EXTRAS,
     InstalledPart,
     PartState,
     examine_installation,
 )
+from aeros.distribution import NAME, how_to_install
 from tests.repo.tree import ROOT
 
 FOR_DEVELOPERS = {"benchmark", "dev", "mutation", "test"}
@@ -27,7 +27,7 @@ def parts() -> dict[str, InstalledPart]:
 def test_each_extra_for_users_is_known_and_each_part_that_does_not_work_has_a_cure() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert set(EXTRAS) == set(project["optional-dependencies"]) - FOR_DEVELOPERS
-    assert project["name"] == DISTRIBUTION
+    assert project["name"] == NAME
     found = parts()
     usable = (PartState.WORKS, PartState.INSTALLED)
     assert all(bool(one.cure) is (one.state not in usable) for one in found.values())
@@ -48,7 +48,7 @@ def test_a_missing_distribution_or_another_version_is_named(monkeypatch: pytest.
     monkeypatch.setattr(metadata, "version", version)
     found = parts()
     assert found["cvc5"] == InstalledPart(
-        "cvc5", PartState.MISSING, "lacks cvc5", EXTRAS["cvc5"], "pip install 'aeros[cvc5]'"
+        "cvc5", PartState.MISSING, "lacks cvc5", EXTRAS["cvc5"], how_to_install("cvc5")
     )
     assert found["core"].state is PartState.BROKEN
     assert found["core"].found == "lacks z3-solver 1.0 (==5.4.0.0 is needed)"

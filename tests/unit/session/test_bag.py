@@ -19,7 +19,7 @@ def test_where_nothing_is_asked_for_nothing_is_opened() -> None:
 
 @pytest.mark.parametrize("is_file", [False, True])
 def test_a_recording_is_there_when_the_block_ends(tmp_path: Path, *, is_file: bool) -> None:
-    pytest.importorskip("rosbags", reason="needs `pip install 'aeros[ros]'`")
+    pytest.importorskip("rosbags", reason="needs `pip install '.[ros]'`")
     folder, file = (None, tmp_path / "run.mcap") if is_file else (tmp_path / "bag", None)
     with open_bag(folder, file, configuration().site) as feed:
         assert isinstance(feed, BusFeed)
@@ -35,7 +35,7 @@ def test_a_recording_is_there_when_the_block_ends(tmp_path: Path, *, is_file: bo
     [(False, "; give a new folder with --bag"), (True, "; give a new file with --mcap")],
 )
 def test_existing_files_are_not_overwritten(tmp_path: Path, ending: str, *, is_file: bool) -> None:
-    pytest.importorskip("rosbags", reason="needs `pip install 'aeros[ros]'`")
+    pytest.importorskip("rosbags", reason="needs `pip install '.[ros]'`")
     path = tmp_path / "run.mcap"
     path.write_text("mine")
     with (
@@ -61,6 +61,6 @@ def test_without_the_library_the_error_names_what_to_install(
 
 
 def test_an_error_of_the_run_is_not_taken_for_one_of_the_recording(tmp_path: Path) -> None:
-    pytest.importorskip("rosbags", reason="needs `pip install 'aeros[ros]'`")
+    pytest.importorskip("rosbags", reason="needs `pip install '.[ros]'`")
     with pytest.raises(ZeroDivisionError), open_bag(tmp_path / "bag", None, configuration().site):
         raise ZeroDivisionError

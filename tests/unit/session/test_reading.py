@@ -14,7 +14,7 @@ from tests.unit.agent.reading.test_reader import GOOD, reference
 from tests.unit.agent.stub_llm import Stub, says, stub
 from tests.unit.cli.run.test_reading import FOLD, FOLDED
 
-pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+pytest.importorskip("httpx", reason="needs `pip install '.[llm]'`")
 
 from aeros.agent.planning.llm import LlmPlanner
 from aeros.agent.planning.llm_client import LlmEndpoint

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
-from importlib import metadata, resources
+from importlib import resources
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Final
 
 import aeros
-from aeros.apps.installation import DISTRIBUTION
+from aeros import distribution
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.new.naming import identifier, runtime_range
 from aeros.cli.project_settings import find_settings
@@ -128,7 +127,7 @@ def _new_project(arguments: argparse.Namespace) -> Exit:
         "modules/pick/skills.py": _filled("skills.py"),
         tests: _filled("tests.yaml", name=name),
         "aeros.toml": _filled("aeros.toml", name=name),
-        "README.md": _filled("README.md", name=name, repository=_repository()),
+        "README.md": _filled("README.md", name=name, repository=distribution.repository()),
         ".gitignore": ".aeros/\nruns/\n",
         **_ci_files([], None, [tests]),
     }
@@ -153,13 +152,13 @@ def _prove(modules: Path, site: Path) -> None:
 
 def _ci_files(modules: Sequence[str], site: str | None, tests: Sequence[str]) -> dict[str, str]:
     """Return workflow and hook by path; without modules and site, those of `aeros.toml` are verified."""
-    repository, revision = _repository(), f"v{aeros.__version__}"
+    repository, revision = distribution.repository(), f"v{aeros.__version__}"
     words = [*map(shlex.quote, modules), *([] if site is None else ["--site", shlex.quote(site)])]
     hook = ", ".join(["--check", *modules, *([] if site is None else ["--site", site])])
     steps = "".join(f"      - run: aeros test {shlex.quote(one)}\n" for one in tests)
     workflow = _filled(
         "workflow.yaml",
-        requirement=f"{DISTRIBUTION} @ git+{repository}@{revision}",
+        requirement=f"{distribution.NAME} @ git+{repository}@{revision}",
         command=" ".join(["aeros verify", *words, "--check --format github"]),
         test_steps=steps,
     )
@@ -167,13 +166,6 @@ def _ci_files(modules: Sequence[str], site: str | None, tests: Sequence[str]) ->
         _WORKFLOW: workflow,
         _HOOK: _filled("pre-commit.yaml", repository=repository, revision=revision, arguments=hook),
     }
-
-
-def _repository() -> str:
-    """Return the address of AEROS's repository, of which this installation's metadata tells."""
-    urls = metadata.metadata(DISTRIBUTION).get_all("Project-URL") or []
-    named = dict(re.split(r"\s*,\s*", str(one), maxsplit=1) for one in urls)
-    return named["Repository"]
 
 
 def _relative(path: Path, folder: Path) -> str:

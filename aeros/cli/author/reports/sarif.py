@@ -12,8 +12,6 @@ import json
 import os
 from collections import Counter
 from collections.abc import Iterable
-from functools import cache
-from importlib.metadata import metadata
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
@@ -26,8 +24,8 @@ from aeros.cli.author.reports.result import (
     message_text,
     path_below_working_folder,
 )
+from aeros.distribution import repository
 from aeros.spec.diagnostics.codes import CODES, DiagnosticCode, Fix, Severity, SpanLabel
-from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.diagnostics.source import SourceSpan
 
@@ -87,20 +85,6 @@ def _category(result: VerifyResult) -> str:
     return f"aeros/verify/{quote(name, safe='')}/"
 
 
-@cache
-def _repository() -> str:
-    """Return the address of AEROS's repository, which the package's metadata gives.
-
-    Raises:
-        InternalError: the metadata name no repository.
-    """
-    for entry in metadata("aeros").get_all("Project-URL") or ():
-        label, _, address = entry.partition(", ")
-        if label == "Repository":
-            return str(address).rstrip("/")
-    raise InternalError("the metadata of the package `aeros` names no repository")
-
-
 def _to_json(data: object) -> str:
     return json.dumps(data, ensure_ascii=True, separators=(",", ":"))
 
@@ -134,7 +118,7 @@ def _rule(code: DiagnosticCode) -> dict[str, Any]:
         "name": "".join(word.capitalize() for word in code.slug.split("-")),
         "shortDescription": {"text": code.summary},
         "fullDescription": {"text": sentence},
-        "helpUri": f"{_repository()}/blob/main/docs/codes/{code.id}.md",
+        "helpUri": f"{repository()}/blob/main/docs/codes/{code.id}.md",
         "help": {
             "text": f"{sentence} `aeros explain {code.id}` says more.",
             "markdown": (pages() / f"{code.id}.md").read_text(encoding="utf-8"),

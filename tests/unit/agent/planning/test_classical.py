@@ -22,7 +22,7 @@ def problem(goal: str, *facts: str) -> str:
 
 
 def solve(goal: str, *facts: str) -> list[str] | None:
-    pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
+    pytest.importorskip("unified_planning", reason="needs `pip install '.[pddl]'`")
     return UnifiedPlanningEngine("pyperplan").solve(DOMAIN, problem(goal, *facts))
 
 
@@ -33,7 +33,7 @@ def test_a_plan_names_the_actions_of_the_problem_as_it_was_posed() -> None:
 
 
 def test_without_a_name_an_installed_engine_is_chosen() -> None:
-    pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
+    pytest.importorskip("unified_planning", reason="needs `pip install '.[pddl]'`")
     assert UnifiedPlanningEngine().solve(DOMAIN, problem("(wrapped)")) == ["knead", "wrap"]
 
 
@@ -46,13 +46,13 @@ def test_a_goal_that_cannot_be_reached_has_no_plan() -> None:
 
 
 def test_text_that_is_no_pddl_is_an_error_of_the_engine() -> None:
-    pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
+    pytest.importorskip("unified_planning", reason="needs `pip install '.[pddl]'`")
     with pytest.raises(ClassicalEngineError, match=r"^\w+: "):
         UnifiedPlanningEngine("pyperplan").solve("(define (domain", problem("(dough)"))
 
 
 def test_an_engine_that_does_not_decide_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
+    pytest.importorskip("unified_planning", reason="needs `pip install '.[pddl]'`")
     from unified_planning.engines import PlanGenerationResult, PlanGenerationResultStatus
 
     status = PlanGenerationResultStatus.TIMEOUT

@@ -20,7 +20,7 @@ from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, site
 from tests.unit.agent.fake_runtime import FakeRuntime
 from tests.unit.agent.stub_llm import Stub, breaks_off, floods, says, sends, stalls, stub, trickles
 
-pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+pytest.importorskip("httpx", reason="needs `pip install '.[llm]'`")
 
 from aeros.agent.planning.llm import MAX_TRIES, LlmPlanner
 from aeros.agent.planning.llm_client import MAX_RESPONSE_BYTES, LlmEndpoint

@@ -9,7 +9,7 @@ import pytest
 from aeros.agent.errors import AgentError
 from tests.unit.agent.stub_llm import Reply, Stub, says, sends, stalls, stub, trickles
 
-pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+pytest.importorskip("httpx", reason="needs `pip install '.[llm]'`")
 
 from aeros.agent.planning.llm_client import (
     MAX_RESPONSE_BYTES,

@@ -110,7 +110,7 @@ def engines() -> list[str]:
 
 @pytest.mark.parametrize("name", REFERENCE)
 def test_our_judge_finds_fault_with_a_real_engines_plan_only_where_it_is_to_be_made_anew(name: str) -> None:
-    pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
+    pytest.importorskip("unified_planning", reason="needs `pip install '.[pddl]'`")
     case = reference(name, 10)
     runtime = Recording(case.ecm, case.site, case.start, lambda _, names: names[0])
     world = world_from_readings(case.site.state, runtime.observe(), runtime.now())
@@ -129,12 +129,12 @@ def run(folder: Path, *arguments: str) -> int:
 
 
 def test_a_run_by_a_real_engine_reaches_the_goal(tmp_path: Path) -> None:
-    pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
+    pytest.importorskip("unified_planning", reason="needs `pip install '.[pddl]'`")
     assert run(tmp_path, "--planner", "pddl", "--pddl-engine", "pyperplan") == Exit.SUCCESS
 
 
 def test_a_missing_engine_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
+    pytest.importorskip("unified_planning", reason="needs `pip install '.[pddl]'`")
     assert run(tmp_path, "--planner", "pddl", "--pddl-engine", "oracle") == Exit.REJECTED
     assert "the engine gave no answer: UPNoRequestedEngineAvailableException" in capsys.readouterr().out
 
@@ -147,7 +147,7 @@ def missing(_: str) -> None:
     ("arguments", "find", "code", "message"),
     [
         (["--pddl-engine", "pyperplan"], None, Exit.USAGE, "--pddl-engine requires --planner pddl"),
-        (["--planner", "pddl"], missing, Exit.REJECTED, "--planner pddl needs `pip install 'aeros[pddl]'`"),
+        (["--planner", "pddl"], missing, Exit.REJECTED, "--planner pddl needs `pip install '.[pddl]'`"),
     ],
 )
 def test_impossible_values_are_refused(

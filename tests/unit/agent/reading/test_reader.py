@@ -20,7 +20,7 @@ from tests.unit.agent.instructions.lists.reference import REPOSITORY
 from tests.unit.agent.reading.wrong_answers import WRONG_ANSWERS, Case, answer_of, modules_of, step
 from tests.unit.agent.stub_llm import Stub, says, sends, stalls, stub
 
-pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+pytest.importorskip("httpx", reason="needs `pip install '.[llm]'`")
 
 from aeros.agent.planning.llm_client import LlmEndpoint
 from aeros.agent.reading.reader import MAX_TRIES, LlmReader, ModelReading, RejectedReadingError

@@ -160,7 +160,7 @@ def test_strict_without_cvc5_names_the_cure(
     monkeypatch.delitem(sys.modules, cvc5_solver.__name__)
     monkeypatch.setitem(sys.modules, "cvc5", None)
     assert main(["verify", str(module), "--site", SITE, "--strict"]) == Exit.USAGE
-    assert "pip install 'aeros[cvc5]'" in capsys.readouterr().err
+    assert "pip install '.[cvc5]'" in capsys.readouterr().err
 
 
 def test_without_cvc5_the_cure_is_named(
@@ -171,7 +171,7 @@ def test_without_cvc5_the_cure_is_named(
     with pytest.raises(SystemExit) as ended:
         verify(module)
     assert ended.value.code == Exit.USAGE
-    assert "pip install 'aeros[cvc5]'" in capsys.readouterr().err
+    assert "pip install '.[cvc5]'" in capsys.readouterr().err
 
 
 def test_a_solver_of_another_name_is_a_usage_error(module: Path, capsys: pytest.CaptureFixture[str]) -> None:

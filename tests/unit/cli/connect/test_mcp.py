@@ -15,5 +15,5 @@ def test_without_the_sdk_it_says_how_to_get_it(
 ) -> None:
     monkeypatch.setattr("aeros.cli.connect.mcp.find_spec", lambda _: None)
     assert main(["mcp", "make dumplings", "--state", str(tmp_path / "state")]) == Exit.USAGE
-    assert "pip install 'aeros[mcp]'" in capsys.readouterr().err
+    assert "pip install '.[mcp]'" in capsys.readouterr().err
     assert not (tmp_path / "state").exists()

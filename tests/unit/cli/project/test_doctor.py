@@ -13,7 +13,7 @@ from aeros.cli.main import main
 from aeros.exit_codes import Exit
 
 WORKING = InstalledPart("core", PartState.WORKS, "z3-solver 5.4.0.0", "proves")
-LACKING = InstalledPart("mcp", PartState.MISSING, "lacks mcp", "MCP clients", "pip install 'aeros[mcp]'")
+LACKING = InstalledPart("mcp", PartState.MISSING, "lacks mcp", "MCP clients", "pip install '.[mcp]'")
 BROKEN = InstalledPart("core", PartState.BROKEN, "lacks z3-solver", "proves", "install it again")
 
 

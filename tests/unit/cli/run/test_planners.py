@@ -64,7 +64,7 @@ def test_a_composition_that_the_module_lacks_is_refused(name: str, hint: str) ->
 
 
 def test_an_engine_plans_pddl() -> None:
-    pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
+    pytest.importorskip("unified_planning", reason="needs `pip install '.[pddl]'`")
     assert type(built(planner="pddl", pddl_engine="pyperplan")) is PddlPlanner
     assert type(built(planner="pddl")) is PddlPlanner
 
@@ -99,7 +99,7 @@ def test_options_that_contradict_each_other_are_usage_errors(given: dict[str, An
 def test_a_language_model_leaves_a_fifth_of_the_time_to_the_other_planner(
     within: float | None, asked: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+    pytest.importorskip("httpx", reason="needs `pip install '.[llm]'`")
     monkeypatch.setenv(LLM_KEY, "sk-1")
     planner = built(**LLM, planning_timeout=within)
     assert planner.name == "llm tiny"
@@ -109,7 +109,7 @@ def test_a_language_model_leaves_a_fifth_of_the_time_to_the_other_planner(
 
 
 def test_a_language_model_falls_back_on_search_where_the_goal_is_not_the_tasks() -> None:
-    pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+    pytest.importorskip("httpx", reason="needs `pip install '.[llm]'`")
     assert type(built(**LLM, goal="x")._fallback) is SmtPlanner
 
 

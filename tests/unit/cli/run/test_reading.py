@@ -20,7 +20,7 @@ from tests.unit.agent.reading.wrong_answers import WRONG_ANSWERS, answer_of, mod
 from tests.unit.agent.stub_llm import Stub, says, stub
 from tests.unit.cli.run.test_instruction import NobodyElse, Terminal
 
-pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+pytest.importorskip("httpx", reason="needs `pip install '.[llm]'`")
 
 FOLD = "fold me a raw one"
 FOLDED = {

@@ -243,7 +243,7 @@ def test_a_bag_needs_what_writes_bags(
 ) -> None:
     monkeypatch.setitem(sys.modules, "aeros.runtime.bus.bag", None)
     assert _run(tmp_path, "--plant", "symbolic", "--bag", str(tmp_path / "bag")) == Exit.REJECTED
-    assert "--bag needs `pip install 'aeros[ros]'`" in capsys.readouterr().err
+    assert "--bag needs `pip install '.[ros]'`" in capsys.readouterr().err
 
 
 def test_without_a_bag_nothing_of_ros_is_imported() -> None:

@@ -56,7 +56,7 @@ READING: dict[str, Any] = {
 def test_a_models_plan_is_verified_then_decided_by_the_gate_and_the_key_is_kept_nowhere(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+    pytest.importorskip("httpx", reason="needs `pip install '.[llm]'`")
     monkeypatch.setenv(LLM_KEY, KEY)
     hasty = {**READING, "requests": [{**READING["requests"][0], "plan": [step("boil")]}]}
     with stub(says(hasty), says(READING)) as server:
@@ -78,7 +78,7 @@ def test_a_models_plan_is_verified_then_decided_by_the_gate_and_the_key_is_kept_
 def test_where_a_model_does_not_help_the_rules_do_or_for_another_goal_a_search(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+    pytest.importorskip("httpx", reason="needs `pip install '.[llm]'`")
     with stub(says("I am a teapot.")) as server:
         asked = ["--llm-url", server.url, "--llm-model", "stub"]
         assert _run(tmp_path / "rules", *asked, instruction="make_dumplings") == Exit.SUCCESS
@@ -90,7 +90,7 @@ def test_where_a_model_does_not_help_the_rules_do_or_for_another_goal_a_search(
 def test_a_model_that_reads_wrongly_starts_nothing_and_the_record_of_a_run_has_the_account(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+    pytest.importorskip("httpx", reason="needs `pip install '.[llm]'`")
     asked = ["--llm-model", "stub", "--llm-url"]
     with stub(says("I am a teapot.")) as server:
         assert _run(tmp_path / "teapot", *asked, server.url) == Exit.REJECTED
@@ -119,4 +119,7 @@ def test_without_the_client_library_the_error_names_what_to_install(
     monkeypatch.delitem(sys.modules, "aeros.agent.planning.llm", raising=False)
     asked = ["--llm-url", "http://localhost/v1", "--llm-model", "stub"]
     assert _run(tmp_path, *asked) == Exit.REJECTED
-    assert "--planner llm needs `pip install 'aeros[llm]'` (httpx is missing)" in capsys.readouterr().err
+    assert (
+        "--planner llm needs `pip install '.[llm]'` in the clone of AEROS (httpx is missing)"
+        in capsys.readouterr().err
+    )

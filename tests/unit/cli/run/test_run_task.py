@@ -121,7 +121,7 @@ def test_a_signed_log_says_so(
 def test_a_report_and_a_bag_are_named_with_the_outputs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("rosbags", reason="needs `pip install 'aeros[ros]'`")
+    pytest.importorskip("rosbags", reason="needs `pip install '.[ros]'`")
     assert (
         run(options(tmp_path, "--report", "--mcap", str(tmp_path / "run.mcap")), goal=HOLDS) is Exit.SUCCESS
     )

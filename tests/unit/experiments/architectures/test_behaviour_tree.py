@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("py_trees", reason="needs `pip install 'aeros[experiments]'`")
+pytest.importorskip("py_trees", reason="needs `pip install '.[experiments]'`")
 
 from aeros.experiments.architecture import ArchitectureReport
 from aeros.experiments.architectures.behaviour_tree import BehaviourTree

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("matplotlib", reason="needs `pip install 'aeros[experiments]'`")
+pytest.importorskip("matplotlib", reason="needs `pip install '.[experiments]'`")
 
 from aeros.experiments.report.figures import ReportFigure, data_digest, figures_of
 from tests.unit.experiments.report.made_up import cell, experiment, row, share

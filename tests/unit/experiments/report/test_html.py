@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-pytest.importorskip("jinja2", reason="needs `pip install 'aeros[experiments]'`")
-pytest.importorskip("markdown_it", reason="needs `pip install 'aeros[experiments]'`")
+pytest.importorskip("jinja2", reason="needs `pip install '.[experiments]'`")
+pytest.importorskip("markdown_it", reason="needs `pip install '.[experiments]'`")
 
 from aeros.experiments.report.figures import ReportFigure
 from aeros.experiments.report.html import as_html

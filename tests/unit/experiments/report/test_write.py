@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("matplotlib", reason="needs `pip install 'aeros[experiments]'`")
-pytest.importorskip("markdown_it", reason="needs `pip install 'aeros[experiments]'`")
+pytest.importorskip("matplotlib", reason="needs `pip install '.[experiments]'`")
+pytest.importorskip("markdown_it", reason="needs `pip install '.[experiments]'`")
 
 from aeros.experiments.report.figures import ReportFigure
 from aeros.experiments.report.write import FIGURES, RESULTS, index_page, write_report

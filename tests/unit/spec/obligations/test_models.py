@@ -99,7 +99,7 @@ def test_an_open_bound_is_refused_and_says_what_to_do(
     assert claim.verdict is Verdict.UNKNOWN
     assert claim.diagnostic is not None
     assert claim.diagnostic.code == "AE509"
-    assert "pip install 'aeros[learned-proof]'" in claim.diagnostic.help[0]
+    assert "pip install '.[learned-proof]'" in claim.diagnostic.help[0]
 
 
 def test_a_bound_that_boxes_leave_open_is_put_to_marabou(

@@ -1,4 +1,4 @@
-"""Marabou, where it is installed: `pip install 'aeros[learned-proof]'`; no lock file holds it."""
+"""Marabou, where it is installed: `pip install '.[learned-proof]'`; no lock file holds it."""
 
 from __future__ import annotations
 
