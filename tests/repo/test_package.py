@@ -88,7 +88,7 @@ def test_no_text_tells_to_install_somebody_elses_package() -> None:
         path = ROOT / name
         if path.suffix in {".cff", ".md", ".py", ".template", ".toml", ".yaml", ".yml", ".in", ".txt"}:
             text = path.read_text(encoding="utf-8", errors="replace")
-            assert not re.findall(r"\baeros\[|\b(?:pip|pipx|uv|uvx) [^\n`]*[\s'\"]aeros(?![\w/.-])", text), (
+            assert not re.findall(r"\baeros\[|\b(?:pip|pipx|uv|uvx) [^\n`]*[ '\"]aeros(?![\w/.-])", text), (
                 name
             )
 

@@ -163,7 +163,7 @@ def test_every_extra_is_installed_by_what_is_run() -> None:
         extra = (todo - installed).pop()
         installed.add(extra)
         for requirement in extras[extra]:
-            if within := re.match(r"aeros\[([\w,]+)\]", requirement):
+            if within := re.match(r"aeros-robot\[([\w,]+)\]", requirement):
                 todo |= set(within[1].split(","))
     assert extras.keys() - installed == {"dev"}  # which is `test`
     assert extras["dev"] == ["aeros-robot[test]"]

@@ -71,7 +71,7 @@ def test_a_built_in_one_whose_library_is_missing_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, "aeros.experiments.architectures.behaviour_tree", None)
-    with pytest.raises(MisuseError, match=r"^`behaviour_tree` needs `pip install 'aeros\[experiments\]'`"):
+    with pytest.raises(MisuseError, match=r"^`behaviour_tree` needs `pip install '\.\[experiments\]'`"):
         load_class("behaviour_tree")
 
 

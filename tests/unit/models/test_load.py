@@ -90,7 +90,7 @@ def test_a_file_without_the_interface_is_refused(package: Any, cause: str) -> No
 
 def test_a_missing_library_is_named_with_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    with pytest.raises(ModelFileError, match=r"pip install 'aeros\[learned\]'"):
+    with pytest.raises(ModelFileError, match=r"pip install '\.\[learned\]'"):
         load_models([doubling()])
 
 

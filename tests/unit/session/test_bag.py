@@ -54,7 +54,7 @@ def test_without_the_library_the_error_names_what_to_install(
     monkeypatch.setitem(sys.modules, "aeros.runtime.bus.bag", None)
     path = tmp_path / "run"
     with (
-        pytest.raises(BagOutputError, match=rf"^{option} needs `pip install 'aeros\[ros\]'`"),
+        pytest.raises(BagOutputError, match=rf"^{option} needs `pip install '\.\[ros\]'`"),
         open_bag(None if is_file else path, path if is_file else None, configuration().site),
     ):
         pass

@@ -124,17 +124,17 @@ def test_faults_may_name_what_the_scene_and_the_modules_have() -> None:
 def test_without_its_library_a_plant_names_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "aeros.sim.kinematic.plant", None)
     with (
-        pytest.raises(PlantSetupError, match=r"kinematic plant needs `pip install 'aeros\[kinematic\]'`"),
+        pytest.raises(PlantSetupError, match=r"kinematic plant needs `pip install '\.\[kinematic\]'`"),
         open_plant("kinematic", proved()[0], BARE, 0),
     ):
         pass
     monkeypatch.setitem(sys.modules, "aeros.sim.engine.people_file", None)
-    with pytest.raises(PlantSetupError, match=r"physics plant needs `pip install 'aeros\[sim\]'`"):
+    with pytest.raises(PlantSetupError, match=r"physics plant needs `pip install '\.\[sim\]'`"):
         load_people("physics", "walker")
     monkeypatch.setitem(sys.modules, "aeros.sim.mujoco.engine", None)
     with (
         pytest.raises(
-            PlantSetupError, match=r"mujoco plant needs `pip install 'aeros\[mujoco\]'.*`--plant physics`"
+            PlantSetupError, match=r"mujoco plant needs `pip install '\.\[mujoco\]'.*`--plant physics`"
         ),
         open_plant("mujoco", proved()[0], BARE, 0),
     ):

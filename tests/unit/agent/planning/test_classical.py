@@ -67,5 +67,5 @@ def test_an_engine_that_does_not_decide_is_named(monkeypatch: pytest.MonkeyPatch
 
 def test_without_the_library_the_error_names_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("aeros.agent.planning.classical.find_spec", lambda _: None)
-    with pytest.raises(AgentError, match=r"needs `pip install 'aeros\[pddl\]'`"):
+    with pytest.raises(AgentError, match=r"needs `pip install '\.\[pddl\]'`"):
         UnifiedPlanningEngine()

@@ -62,7 +62,7 @@ def test_without_the_extra_the_cure_is_named(tmp_path: Path, monkeypatch: pytest
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "mujoco", None)
     monkeypatch.delitem(sys.modules, "aeros.sim.mujoco.client", raising=False)
-    with pytest.raises(FilmError, match=r"needs `pip install 'aeros\[film\]'` \(mujoco is missing\)"):
+    with pytest.raises(FilmError, match=r"\[film\]'` in the clone of AEROS \(mujoco is missing\)"):
         film_run(RUN, tmp_path / "film.gif", SMALL, {})
 
 

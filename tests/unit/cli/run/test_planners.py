@@ -115,7 +115,7 @@ def test_a_language_model_falls_back_on_search_where_the_goal_is_not_the_tasks()
 
 def test_without_its_library_no_language_model_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "aeros.agent.planning.llm_client", None)
-    with pytest.raises(AgentError, match=r"--planner llm needs `pip install 'aeros\[llm\]'`"):
+    with pytest.raises(AgentError, match=r"--planner llm needs `pip install '\.\[llm\]'`"):
         built(**LLM)
 
 

@@ -96,7 +96,7 @@ def test_without_numpy_the_message_says_what_to_install(
     monkeypatch.setattr(module, "find_spec", lambda name: None)
     for open_perceiver in (open_by_policy(skills), open_in_process):
         with pytest.raises(
-            SkillRefusedError, match=r"of module `kettle` need `pip install 'aeros\[kinematic\]'`"
+            SkillRefusedError, match=r"of module `kettle` need `pip install '\.\[kinematic\]'`"
         ):
             open_perceiver(full_site(), kettle(), EYE)
 

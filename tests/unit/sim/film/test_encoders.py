@@ -57,5 +57,5 @@ def test_without_pyav_there_is_no_mp4_and_the_cure_is_named(
 ) -> None:
     monkeypatch.delitem(sys.modules, "aeros.sim.film.mp4", raising=False)
     monkeypatch.setitem(sys.modules, "av", None)
-    with pytest.raises(FilmPackageError, match=r"needs `pip install 'aeros\[film\]'` \(av is missing\)"):
+    with pytest.raises(FilmPackageError, match=r"\[film\]'` in the clone of AEROS \(av is missing\)"):
         open_encoder(tmp_path / "film.mp4", (64, 48), 30)

@@ -30,7 +30,7 @@ def test_a_new_project_is_proved_tested_and_run_at_once(
     assert Path("modules/pick", LOCK).exists()
     workflow = yaml.safe_load(Path(".github/workflows/aeros.yaml").read_text())
     commands = [step["run"] for step in workflow["jobs"]["verify"]["steps"] if "run" in step]
-    assert commands[0].startswith("python -m pip install 'aeros")
+    assert commands[0].startswith("python -m pip install 'aeros-robot")
     for command in commands[1:]:
         assert main(command.split()[1:]) == Exit.SUCCESS
     hook = yaml.safe_load(Path(".pre-commit-config.yaml").read_text())["repos"][0]["hooks"][0]
