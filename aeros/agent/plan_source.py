@@ -141,9 +141,12 @@ class PlanSource:
 
 
 def _plan_event(graph: TaskGraph) -> tuple[str, dict[str, Any]]:
-    """Return text and details of the event for an accepted plan."""
+    """Return text and details of the event for an accepted plan; an only module is not named in the text."""
     steps = [str(part) for part in graph.parts]
-    text = " → ".join(steps)
+    text = "plan: " + " → ".join(steps)
+    modules = {step.module for step in graph.steps}
+    if len(modules) == 1:
+        text = text.replace(f"{modules.pop()}.", "")
     if graph.remark:
         return f"{text} ({graph.remark})", {"steps": steps, "remark": graph.remark}
     return text, {"steps": steps}

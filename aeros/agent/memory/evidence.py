@@ -52,7 +52,8 @@ class DurationStats:
     successes: int
 
     def __str__(self) -> str:
-        return f"{self.median:.1f} s, half of them {self.low:.1f} to {self.high:.1f} s"
+        spread = f"{self.low:.1f} to {self.high:.1f}"
+        return f"{self.median:.1f} s" if self.successes == 1 else f"{self.median:.1f} s (half in {spread} s)"
 
 
 def read_success_record(

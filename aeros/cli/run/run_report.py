@@ -51,7 +51,8 @@ def summary(
         (
             "",
             f"{report.module}.{report.task}: {outcome}",
-            f"goal       {report.goal}; measured on the {plant} plant: {measured}",
+            f"goal       {report.goal}",
+            f"measured   {measured} ({plant} plant)",
             *(() if judgement is None else (f"truth      {judgement}",)),
             f"modules    {len(proof_report.modules)} proved, {obligations} obligations, "
             f"{guarded} runtime-checked",

@@ -31,7 +31,7 @@ def test_its_task_runs_to_its_goal_and_is_replayed(
     run = ["run", "hot water", "--plant", "symbolic", "--gate", "checked", "--out", str(out), *options]
     assert main(run) == Exit.SUCCESS
     message = capsys.readouterr().out
-    assert "measured on the symbolic plant: kettle.water_hot = true, kettle.filled = true" in message
+    assert "measured   kettle.water_hot = true, kettle.filled = true (symbolic plant)" in message
     assert "Z3 confirmed 6 of 6 decisions" in message
     assert main(["audit", "replay", str(out / "audit.jsonl"), *options]) == Exit.SUCCESS
     assert "6 decisions reproduced; 0 differ" in capsys.readouterr().out

@@ -62,7 +62,7 @@ def test_a_run_uses_the_plant_of_another_distribution(
     capsys.readouterr()
     code = main(["run", "clean", "--plant", "borrowed", "--out", "out", *bench])
     shown = capsys.readouterr()
-    assert (code, "measured on the borrowed plant: bench_clean = true" in shown.out) == (0, True), shown
+    assert (code, "measured   bench_clean = true (borrowed plant)" in shown.out) == (0, True), shown
     assert main(["run", "clean", "--plant", "broken", *bench]) == 1
     assert (
         "`broken` cannot be opened: ConnectionRefusedError: no robot answers for bench"

@@ -73,9 +73,10 @@ def test_successes_say_how_long_a_skill_takes(path: Path) -> None:
     with open_memory(path, WHO) as memory:
         assert memory.typical_duration("dumpling", "wrap") is None
         remember(memory, seconds=3.0)
-        assert str(memory.typical_duration("dumpling", "wrap")) == "3.0 s, half of them 3.0 to 3.0 s"
+        assert str(memory.typical_duration("dumpling", "wrap")) == "3.0 s"
         for seconds in (1.0, 2.0, 4.0, 5.0):
             remember(memory, seconds=seconds)
         remember(memory, failed=True, seconds=60.0)
         remember(memory, counts=False, seconds=60.0)
         assert memory.typical_duration("dumpling", "wrap") == DurationStats(3.0, 2.0, 4.0, 5)
+        assert str(memory.typical_duration("dumpling", "wrap")) == "3.0 s (half in 2.0 to 4.0 s)"

@@ -46,7 +46,7 @@ def test_every_task_is_done_on_the_kinematic_plant(
 ) -> None:
     assert _run(tmp_path, "--plant", "kinematic", instruction=instruction) == Exit.SUCCESS
     message = capsys.readouterr().out
-    assert "measured on the kinematic plant" in message
+    assert "(kinematic plant)" in message
     assert "0 attenuated, 0 denied" in message
 
 
@@ -209,7 +209,7 @@ def test_an_object_is_fetched_on_physics_and_recorded(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _run(tmp_path, "--seed", "3", instruction="fetch the object") == Exit.SUCCESS
-    assert "measured on the physics plant: fetch_object.object_delivered = true" in capsys.readouterr().out
+    assert "measured   fetch_object.object_delivered = true (physics plant)" in capsys.readouterr().out
     assert len(read_recording(tmp_path / "out" / "poses.jsonl").samples) > 300
 
 

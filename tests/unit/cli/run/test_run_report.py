@@ -29,7 +29,8 @@ def test_the_summary_holds_the_numbers_of_the_report() -> None:
     assert message.splitlines() == [
         "",
         "m.t: goal reached",
-        "goal       a and b; measured on the symbolic plant: a = true, b = unknown",
+        "goal       a and b",
+        "measured   a = true, b = unknown (symbolic plant)",
         "modules    2 proved, 40 obligations, 6 runtime-checked",
         "steps      3 run, 0 retries, 0 recoveries, 4 re-plans",
         "decisions  15 allowed, 6 attenuated, 3 denied",
@@ -38,9 +39,9 @@ def test_the_summary_holds_the_numbers_of_the_report() -> None:
     judged = GoalJudgement(True, False, {"a": True, "b": False})
     refereed = summary(proof, report(), "physics", 12.34, 5.67, judged).splitlines()
     assert (
-        refereed[3] == "truth      goal reached: believed true, false in the simulator: a = true, b = false"
+        refereed[4] == "truth      goal reached: believed true, false in the simulator: a = true, b = false"
     )
-    assert refereed[:3] + refereed[4:] == message.replace("symbolic", "physics").splitlines()
+    assert refereed[:4] + refereed[5:] == message.replace("symbolic", "physics").splitlines()
     blind = summary(
         proof, report(reached=False, reason="why"), "symbolic", 0.0, 0.0, failures=["dark", "late"]
     )
@@ -55,9 +56,10 @@ def test_values_are_shown_in_their_units() -> None:
     site = load_site(ROOT / "tests" / "corpus" / "site" / "table.yaml", diagnostics)
     assert site is not None
     values = {"dirt": 0.123456, "hand": (0.1, 0.25, -1.0), "table_tidy": True, "load": 1e-3, "odd": 0.5}
-    shown = summary(proof, report(measured=values), "physics", 0.0, 0.0, declared=site.state).splitlines()[2]
-    assert shown.endswith(
-        ": dirt = 12.35 %, hand = [0.1, 0.25, -1] m, table_tidy = true, load = 0.001 kg, odd = 0.5"
+    shown = summary(proof, report(measured=values), "physics", 0.0, 0.0, declared=site.state).splitlines()[3]
+    assert shown == (
+        "measured   dirt = 12.35 %, hand = [0.1, 0.25, -1] m, table_tidy = true, load = 0.001 kg, odd = 0.5 "
+        "(physics plant)"
     )
 
 

@@ -56,7 +56,7 @@ def test_a_new_module_is_proved_and_runs_at_once(tmp_path: Path, capsys: pytest.
     assert "warning" not in shown
     assert _run(tmp_path, "tidy", "--plant", "symbolic") == Exit.SUCCESS
     shown = capsys.readouterr().out
-    assert "goal       holding; measured on the symbolic plant: holding = true" in shown
+    assert "measured   holding = true (symbolic plant)" in shown
     assert "0 denied" in shown
 
 
@@ -65,7 +65,7 @@ def test_a_new_module_runs_in_physics_too(tmp_path: Path, capsys: pytest.Capture
     _new(tmp_path)
     main(["verify", str(tmp_path / "tidy")])
     assert _run(tmp_path, "tidy", "--no-film") == Exit.SUCCESS
-    assert "measured on the physics plant: holding = true" in capsys.readouterr().out
+    assert "measured   holding = true (physics plant)" in capsys.readouterr().out
 
 
 def test_the_commands_it_names_next_are_those_that_work(
