@@ -8,6 +8,7 @@ from typing import Any
 
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.diagnostics.grammar import an
 
 
 def as_path(argument: str, value: Any) -> Path:
@@ -115,7 +116,7 @@ def require_members(argument: str, value: Any, members: tuple[str, ...], wanted:
     if isinstance(value, type):
         raise MisuseError(f"`{argument}` is the class `{value.__name__}`; give an instance of `{wanted}`")
     if missing:
-        raise MisuseError(f"`{argument}` is {_described(value)}; give a `{wanted}`, which has `{missing[0]}`")
+        raise MisuseError(f"`{argument}` is {_described(value)}; give {an(wanted)}, which has `{missing[0]}`")
 
 
 def _described(value: Any) -> str:

@@ -24,6 +24,7 @@ from aeros.apps.report_page.run_data import RunData, shortened
 from aeros.apps.report_page.run_diagrams import plan_diagram, run_diagram
 from aeros.apps.report_page.series import Series, build_series
 from aeros.spec.diagnostics.codes import CODES
+from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.model.site import Site
 
 _STYLE = """\
@@ -162,7 +163,8 @@ def _plans(left: RunData) -> Iterator[str]:
         items.append(f"<li>at {group[0][0]:.2f} s{again}: " + " → ".join(map(_text, steps)) + "</li>")
     if items:
         more = f"<p>… and {len(folded) - _MAX_PLANS} more</p>" if len(folded) > _MAX_PLANS else ""
-        yield f"<details><summary>{len(plans)} plans</summary><ol>{''.join(items)}</ol>{more}</details>"
+        title = counted(len(plans), "plan")
+        yield f"<details><summary>{title}</summary><ol>{''.join(items)}</ol>{more}</details>"
 
 
 # Timeline
@@ -180,7 +182,7 @@ def _marks(marks: Sequence[Mark]) -> Iterator[str]:
     if marks:
         rows = [(f"{one.time:.2f} s", one.category, _text(one.text)) for one in marks[:_MAX_MARKS]]
         more = f" of which the first {_MAX_MARKS} are listed" if len(marks) > _MAX_MARKS else ""
-        yield f"<details open><summary>{len(marks)} marks{more}</summary>{_table(rows)}</details>"
+        yield f"<details open><summary>{counted(len(marks), 'mark')}{more}</summary>{_table(rows)}</details>"
 
 
 def _stops(left: RunData) -> Iterator[str]:

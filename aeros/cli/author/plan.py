@@ -28,6 +28,7 @@ from aeros.runtime.registry.registry import Registry
 from aeros.session.setup import declared_start
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.expr.semantics import Value
 from aeros.spec.model.ecm import ActionCondition, Ecm, Task
@@ -215,7 +216,9 @@ def _check_result(strategy: StrongCyclicStrategy, start: State, steps: tuple[str
         found = {"schema": CHECK_SCHEMA, "steps": steps, "accepted": not problems, "problems": problems}
         print(json.dumps(found, indent=1))
     else:
-        accepted = f"accepted  {len(steps)} steps; the goal stays reachable after every declared outcome"
+        accepted = (
+            f"accepted  {counted(len(steps), 'step')}; the goal stays reachable after every declared outcome"
+        )
         print("\n".join([f"rejected  {escape_invisible(text)}" for text in problems] or [accepted]))
     return Exit.REJECTED if problems else Exit.SUCCESS
 

@@ -27,6 +27,7 @@ from aeros.cli.arguments import add_command
 from aeros.cli.help_text import WrappedEpilog
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
+from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import escape_invisible
 
 if TYPE_CHECKING:
@@ -183,9 +184,9 @@ def _format_summary(
             values = ", ".join(f"{name} = {json.dumps(value)}" for name, value in inputs.items())
             yield escape_invisible(f"  {_success_text(record)} with {values}")
         for kind, name, times in one.obstacles:
-            yield escape_invisible(f"  prevented {times} times by {kind} `{name}`")
+            yield escape_invisible(f"  prevented {counted(times, 'time')} by {kind} `{name}`")
         for reason, times in one.reasons:
-            yield escape_invisible(f"  failed {times} times: {reason}")
+            yield escape_invisible(f"  failed {counted(times, 'time')}: {reason}")
     for fact in facts:
         yield escape_invisible(f"{fact['key']} ({fact['source']}): {json.dumps(fact['value'])}")
     for session in sessions:

@@ -33,6 +33,7 @@ from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.text.discovery import MANIFEST
@@ -146,7 +147,7 @@ def _bundle(arguments: argparse.Namespace) -> Exit:
         replace_durably(out, pack(files), is_private=False)
     except OSError as failure:
         raise UserError([Diagnostic("AE961", f"`{out}` cannot be written: {failure.strerror}")]) from failure
-    print_line(f"{out}: {len(files)} files, sha256:{bundle_digest(files)}")
+    print_line(f"{out}: {counted(len(files), 'file')}, sha256:{bundle_digest(files)}")
     return Exit.SUCCESS
 
 
@@ -290,7 +291,7 @@ def _broken_lines(broken: list[dict[str, Any]]) -> list[str]:
         rests = f"{len(last['obligations'])} obligations of certificate {(last['certificate'] or '')[:12]}"
         when = f"last in session {last['session']} at {last['time']:.2f} s"
         lines.append(
-            f"broken assumption: {skill} ended in none of {declared}, {len(every)} times, {when}; "
+            f"broken assumption: {skill} ended in none of {declared}, {counted(len(every), 'time')}, {when}; "
             f"affects {rests}"
         )
     return lines

@@ -11,6 +11,7 @@ from typing import Any
 
 from aeros.agent.execution.report import RunReport
 from aeros.sim.referee import GoalJudgement
+from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.expr.units import to_unit
 from aeros.spec.model.variables import Declared
@@ -56,8 +57,8 @@ def summary(
             *(() if judgement is None else (f"truth      {judgement}",)),
             f"modules    {len(proof_report.modules)} proved, {obligations} obligations, "
             f"{guarded} runtime-checked",
-            f"steps      {len(report.steps)} run, {report.retries} retries, {report.recoveries} recoveries, "
-            f"{report.replans} re-plans",
+            f"steps      {len(report.steps)} run, {counted(report.retries, 'retry')}, "
+            f"{counted(report.recoveries, 'recovery')}, {counted(report.replans, 're-plan')}",
             f"decisions  {report.allowed} allowed, {report.attenuated} attenuated, {report.denied} denied",
             f"time       {simulated:.1f} s simulated, {real:.1f} s real",
         )

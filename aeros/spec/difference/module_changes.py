@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from aeros.spec.backends.oracle import Oracle
+from aeros.spec.diagnostics.grammar import an
 from aeros.spec.difference.perception_changes import perceiver_changes
 from aeros.spec.difference.policy_change import (
     PolicyChange,
@@ -68,7 +69,7 @@ def module_changes(
         for kind in dict.fromkeys([*before.kinds, *after.kinds]):
             yield compare_sets(
                 f"{module}/{name}/{kind}",
-                f"a `{kind}` of `{name}`",
+                f"{an(kind)} of `{name}`",
                 _allowed(before, sites[0], site.kinds[kind]),
                 _allowed(after, sites[1], site.kinds[kind]),
                 oracle,

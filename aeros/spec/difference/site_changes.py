@@ -14,6 +14,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from aeros.spec.backends.oracle import Oracle
+from aeros.spec.diagnostics.grammar import an
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.difference.module_changes import ACCESS
 from aeros.spec.difference.perception_changes import site_perception_changes, vocabulary_changes
@@ -48,7 +49,7 @@ def site_changes(old: Site, new: Site, oracle: Oracle) -> Iterator[PolicyChange]
     """
     for name in dict.fromkeys([*old.kinds, *new.kinds]):
         before, after = _allowed(old, name), _allowed(new, name)
-        yield compare_sets(f"actions/{name}", f"a `{name}`", before, after, oracle)
+        yield compare_sets(f"actions/{name}", f"{an(name)}", before, after, oracle)
         if name in old.kinds and name in new.kinds:
             yield from _kind_changes(old, new, old.kinds[name], new.kinds[name])
     yield from _joint_changes(old, new, oracle)

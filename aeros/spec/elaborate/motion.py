@@ -10,6 +10,7 @@ from fractions import Fraction
 
 from aeros.spec.declared import motion as declared
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel
+from aeros.spec.diagnostics.grammar import an
 from aeros.spec.elaborate.contact import elaborate_contact
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import resolve_name
@@ -108,7 +109,7 @@ def check_tracking_rules(
             headline = f"no rule on {kinds} requires `{variable} <= {within.value}`"
         else:
             headline = (
-                f"the rules on {kinds} allow a `{variable}` of {float(1000 * least):.3g} mm; "
+                f"the rules on {kinds} allow {an(variable)} of {float(1000 * least):.3g} mm; "
                 f"motions are decided for {within.value}"
             )
         diagnostics.error(

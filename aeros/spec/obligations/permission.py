@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
+from aeros.spec.diagnostics.grammar import an
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model.configured import module_names
@@ -210,7 +211,7 @@ def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligati
             mode=ClaimMode.ALWAYS,
             space=envelope_space(site, skill, kind, clause),
             conclusion=permitted.term,
-            headline=f"`{skill.id}` may ask for a `{word}` beyond the permission of `{ecm.id}`",
+            headline=f"`{skill.id}` may ask for {an(word)} beyond the permission of `{ecm.id}`",
             primary=SpanLabel(clause.span, "allows it"),
             secondary=(SpanLabel(permitted.span, "does not permit it"),),
             help=(

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+from aeros.spec.diagnostics.grammar import an
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import LENGTH, TIME
@@ -160,7 +161,7 @@ def _not_vacuous(site: Site, kind: ActionKind, rule: Rule) -> Obligation:
         mode=ClaimMode.SOMETIMES,
         space=action_space(site, kind),
         conclusion=t.Not(rule.terms[kind.name]),
-        headline=f"`{rule.id}` can never deny a `{kind.name}`: it holds for every state and action in range",
+        headline=f"`{rule.id}` can never deny {an(kind.name)}: it holds for every state and action in range",
         primary=SpanLabel(rule.require_span, "always true"),
         help=(
             "check its numbers and units, or widen the declared ranges to the values that can be measured",
@@ -180,7 +181,7 @@ def _rule_not_redundant(site: Site, kind: ActionKind, rule: Rule, rules: tuple[R
         mode=ClaimMode.SOMETIMES,
         space=action_space(site, kind, *(other.terms[kind.name] for other in others)),
         conclusion=t.Not(rule.terms[kind.name]),
-        headline=f"`{rule.id}` denies only a `{kind.name}` that the other invariants already deny",
+        headline=f"`{rule.id}` denies only {an(kind.name)} that the other invariants already deny",
         primary=SpanLabel(rule.require_span, "implied by the others"),
         secondary=tuple(SpanLabel(other.require_span, other.id) for other in others),
         help=("remove it, or take the action kind out of its `on`",),
@@ -223,7 +224,7 @@ def _attenuation_obligations(
         mode=ClaimMode.ALWAYS,
         space=space,
         conclusion=t.conjunction(*(t.substitute(one.terms[kind.name], reduced) for one in rules)),
-        headline=f"the attenuation of `{rule.id}` can give a `{kind.name}` that is still denied",
+        headline=f"the attenuation of `{rule.id}` can give {an(kind.name)} that is still denied",
         primary=SpanLabel(rule.span, "attenuates to an action that is still denied"),
     )
     yield Obligation(

@@ -18,6 +18,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+from aeros.spec.diagnostics.grammar import an
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import effect_term
 from aeros.spec.model.ecm import ActionCondition, Ecm, Skill, Task
@@ -257,7 +258,7 @@ def _clause_obeys_rule(
         mode=ClaimMode.ALWAYS,
         space=space,
         conclusion=rule.terms[kind],
-        headline=f"`{skill.id}` may ask for a `{word}` that breaks the invariant `{rule.id}`",
+        headline=f"`{skill.id}` may ask for {an(word)} that breaks the invariant `{rule.id}`",
         primary=SpanLabel(clause.span, "allows it"),
         secondary=(SpanLabel(rule.require_span, f"`{rule.id}` forbids it"),),
         help=tuple(help_),
@@ -326,7 +327,7 @@ def _state_matters(site: Site, skill: Skill, rule: Rule, kind: str) -> Obligatio
         conclusion=t.conjunction(term, t.Not(t.substitute(term, then))),
         headline=_IDLE_RUNTIME_CHECK.format(rule.id),
         primary=SpanLabel(skill.runtime_checked[rule.id]),
-        secondary=(SpanLabel(rule.require_span, f"allows a `{kind}` in every state or in none"),),
+        secondary=(SpanLabel(rule.require_span, f"allows {an(kind)} in every state or in none"),),
         help=(_IDLE_RUNTIME_CHECK_HELP,),
     )
 

@@ -8,6 +8,7 @@ from textwrap import wrap
 from typing import Final
 
 from aeros.cli.author.reports.result import VerifyResult
+from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import escape_invisible, render_text
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.reports import SubjectReport
@@ -80,11 +81,11 @@ def _runtime_rules(result: VerifyResult, width: int | None) -> list[str]:
     groups: dict[tuple[str, ...], list[str]] = {}
     for rule in rules:
         groups.setdefault(tuple(name for name in names if rule in by_module[name]), []).append(rule)
-    counted = "1 rule is" if len(rules) == 1 else f"{len(rules)} rules are"
+    are = f"{counted(len(rules), 'rule')} {'is' if len(rules) == 1 else 'are'}"
     lines = [f"{_modules(group, names)}: {', '.join(own)}" for group, own in groups.items()]
     return [
         "",
-        f"{counted} checked at run time, before each action (-v shows the conditions)",
+        f"{are} checked at run time, before each action (-v shows the conditions)",
         *(part for line in lines for part in _wrapped(line, width or _USUAL_WIDTH)),
     ]
 
@@ -141,11 +142,8 @@ def _left_out_count(result: VerifyResult) -> list[str]:
     count = sum(len(subject.left_out) for subject in _proved(result))
     if not count:
         return []
-    outcomes = "1 outcome" if count == 1 else f"{count} outcomes"
-    return [
-        "",
-        f"tasks are proved without {outcomes} of probability 0 (-v lists {'it' if count == 1 else 'them'})",
-    ]
+    them = "it" if count == 1 else "them"
+    return ["", f"tasks are proved without {counted(count, 'outcome')} of probability 0 (-v lists {them})"]
 
 
 def _rows(rows: Sequence[tuple[str, str]], width: int | None) -> list[str]:

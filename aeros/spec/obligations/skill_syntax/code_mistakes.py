@@ -14,6 +14,7 @@ from fractions import Fraction
 from typing import Any
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
+from aeros.spec.diagnostics.grammar import an
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, Type, VectorType
@@ -193,7 +194,7 @@ def _actions_outside_envelope(
             if names and names <= values.keys() and not is_true(part.term, values):
                 yield Diagnostic(
                     "AE148",
-                    f"`{skill.id}` asks for a `{kind}` outside of its envelope, which is always denied",
+                    f"`{skill.id}` asks for {an(kind)} outside of its envelope, which is always denied",
                     SpanLabel(file.span(call), "always denied"),
                     (SpanLabel(part.span, "false for these parameters"),),
                     notes=_rounding_note(part.term, values, names),

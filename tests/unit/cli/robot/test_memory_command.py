@@ -49,8 +49,8 @@ def test_show_sums_up_each_skill(state: Path, capsys: pytest.CaptureFixture[str]
         "cook.boil: 2 of 4 succeeded, next 50%",
         "  successes take 5.0 s (half in 4.5 to 5.5 s)",
         "  2 of 4 succeeded, next 50% in cook.cook, by code 0123456789ab, lid_on = true",
-        "  failed 1 times: 100% of it\\x1b[2J spilt",
-        "  failed 1 times: outcome `not_sealed`",
+        "  failed 1 time: 100% of it\\x1b[2J spilt",
+        "  failed 1 time: outcome `not_sealed`",
     ]
     assert lines[5] == "cook.steam: 0 of 0 succeeded, next 50%"
     assert lines[6] == 'last run of cook.cook (session 1): {"reached": false}'
