@@ -51,4 +51,4 @@ def test_every_schema_in_the_code_is_on_the_page() -> None:
 
 
 def test_the_readme_leads_to_the_page() -> None:
-    assert "(docs/formats.md)" in text_of("README.md")
+    assert "(formats.md)" in text_of("docs/README.md")
