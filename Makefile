@@ -23,7 +23,7 @@ COVERED := 97:aeros/runtime/gate/*.py,aeros/runtime/gate/compiled/*.py 98:aeros/
 LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-strip-extras --custom-compile-command 'make lock'
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help install demo clips quick test deep format lint types layers proofs pytest mutation coverage benchmark hook tools schemas dist lock clean
+.PHONY: help install demo clips quick test deep format lint types layers proofs pytest mutation coverage benchmark hook tools schemas site dist lock clean
 
 help: ## list the targets
 	@awk -F ' ## ' '/^[a-z]+:.* ## / { sub(/:.*/, "", $$1); printf "  make %-9s %s\n", $$1, $$2 }' Makefile
@@ -113,6 +113,10 @@ tools: $(VENV)/.installed-tools ## install pre-commit, towncrier and what else n
 
 schemas: $(VENV)/.installed ## write the JSON Schemas that .vscode/settings.json maps to manifests and sites
 	@for kind in ecm faults people robot scene site; do $(BIN)/aeros schema $$kind > .vscode/$$kind.schema.json || exit 1; done
+
+site: $(VENV)/.installed-tools ## build the pages of docs/ as a site into runs/site; a dead link fails
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+	@echo "$(CURDIR)/runs/site/index.html"
 
 dist: $(VENV)/.installed-tools ## build the package into dist/ and check what a package index would show of it
 	@rm -rf dist
