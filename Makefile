@@ -32,12 +32,7 @@ install: $(VENV)/.installed ## create .venv and install aeros with its simulator
 
 demo: install ## prove ecms/, then one agent makes dumplings on the simulated Panda
 	@rm -rf $(DEMO) $(DEMO)-agent
-	@echo '$$ aeros verify ecms/'
-	@$(BIN)/aeros verify ecms/
-	@echo
-	@plant=$$($(BIN)/python -c 'from importlib.util import find_spec; print("" if find_spec("pybullet") else " --plant mujoco")'); \
-	echo "$$ aeros run \"make dumplings\"$$plant --out $(DEMO)"; \
-	$(BIN)/aeros run "make dumplings" $$plant --out $(DEMO) --state $(DEMO)-agent
+	@$(BIN)/aeros demo --out $(DEMO) --state $(DEMO)-agent
 
 clips: $(VENV)/.installed-test ## make the clips of the README anew: 20 minutes of two cores; CLIPS='gate' for one
 	@$(BIN)/python -m tools.make_clips $(CLIPS)

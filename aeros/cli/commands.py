@@ -70,6 +70,9 @@ GROUPS: Final[dict[str, CommandGroup]] = {
         "run instructions, and read the record of a run",
         {
             "run": CommandEntry("run.run", "run an instruction on a plant"),
+            "demo": CommandEntry(
+                "run.demo", "prove the modules that come with AEROS, and run them on the best simulator here"
+            ),
             "tasks": CommandEntry(
                 "run.tasks", "list the tasks that can be asked for, or show how an instruction is understood"
             ),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from importlib.util import find_spec
 from typing import Final
 
 from aeros.session.plant_factory import PLANTS
@@ -31,12 +32,29 @@ def plant_name(text: str) -> str:
     return text
 
 
+_PACKAGES: Final = {"physics": "pybullet", "mujoco": "mujoco", "kinematic": "numpy"}
+"""Plants and the package that each needs, the nearest to a robot first."""
+
+
+def best_plant() -> str:
+    """Choose the plant that is nearest to a robot, of those that can run here.
+
+    Returns:
+        Its name.
+    """
+    return next((plant for plant, package in _PACKAGES.items() if find_spec(package) is not None), "symbolic")
+
+
 def add_plant_argument(parser: argparse.ArgumentParser) -> None:
-    """Add the option `--plant` with the default `physics`.
+    """Add the option `--plant`, whose default is the best plant that is installed.
 
     Args:
         parser: Parser of a command.
     """
     parser.add_argument(
-        "--plant", type=plant_name, default="physics", metavar="NAME", help=f"{HELP} (default: physics)"
+        "--plant",
+        type=plant_name,
+        default=best_plant(),
+        metavar="NAME",
+        help=f"{HELP} (default: {best_plant()}, the first of {', '.join(_PACKAGES)} that is installed)",
     )

@@ -27,8 +27,8 @@ from aeros.runtime.audit.log import AuditError
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.isolation.run_factory import SkillRunFactory
 from aeros.runtime.registry.folder_modules import (
-    DEFAULT_MODULES,
     FolderModules,
+    default_modules,
     uses_installed_modules,
 )
 from aeros.runtime.registry.registry import Registry
@@ -163,7 +163,7 @@ def open_governor(
     registry = Registry(state)
     source = None
     if modules is not None or site is not None or not uses_installed_modules(registry):
-        source = FolderModules(modules or DEFAULT_MODULES, site, registry, configurations=configurations)
+        source = FolderModules(modules or default_modules(), site, registry, configurations=configurations)
     elif configurations:
         name, settings = next(iter(configurations.items()))
         help_ = f"`aeros configure {name}` binds and sets those of installed modules"

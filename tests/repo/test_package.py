@@ -30,7 +30,11 @@ def test_the_licence_is_the_whole_apache_2_0_unchanged() -> None:
 
 def test_files_needed_at_run_time_are_part_of_the_package() -> None:
     # Hatchling packs every file of the package that git does not ignore, and folders beside it.
-    beside = {"docs/codes": "aeros/docs/codes", "experiments": "aeros/experiments/data"}
+    beside = {
+        "docs/codes": "aeros/docs/codes",
+        "experiments": "aeros/experiments/data",
+        "ecms": "aeros_reference/ecms",
+    }
     assert _PROJECT["tool"]["hatch"]["build"]["targets"] == {
         "wheel": {"packages": ["aeros"], "force-include": beside}
     }

@@ -23,7 +23,7 @@ from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import make_folder
-from aeros.runtime.registry.folder_modules import DEFAULT_MODULES, FolderModules, uses_installed_modules
+from aeros.runtime.registry.folder_modules import FolderModules, default_modules, uses_installed_modules
 from aeros.runtime.registry.registry import Registry
 from aeros.session.setup import declared_start
 from aeros.spec.closed_loop.invocation import State
@@ -241,7 +241,7 @@ def _load(
     snapshot = registry.snapshot()
     configurations = module_configurations(arguments)
     source = FolderModules(
-        arguments.ecms or DEFAULT_MODULES, arguments.site, registry, configurations=configurations
+        arguments.ecms or default_modules(), arguments.site, registry, configurations=configurations
     )
     site, modules, withheld = source.load_unproved(snapshot)
     for reason in withheld.values():

@@ -30,7 +30,7 @@ from aeros.runtime.gate.configuration import FindConfiguration
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.records.replay import LogReplay, ReplayMismatch
 from aeros.runtime.registry.change_log import LOG, anchor_of
-from aeros.runtime.registry.folder_modules import DEFAULT_MODULES, uses_installed_modules
+from aeros.runtime.registry.folder_modules import default_modules, uses_installed_modules
 from aeros.runtime.registry.past_configurations import FolderConfigurations, PastConfigurations
 from aeros.runtime.registry.registry import Registry
 from aeros.session.setup import KEY, default_anchor
@@ -338,7 +338,7 @@ def _replay(arguments: argparse.Namespace) -> Exit:
     else:
         configurations = module_configurations(arguments)
         known = FolderConfigurations(
-            arguments.ecms or DEFAULT_MODULES, arguments.site, registry, configurations
+            arguments.ecms or default_modules(), arguments.site, registry, configurations
         )
     replay = LogReplay(known, GateMode(arguments.gate))
 

@@ -29,13 +29,28 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, text_digest
-from aeros.spec.text.discovery import MANIFEST, Surroundings, all_module_folders, module_folders
+from aeros.spec.text.discovery import (
+    MANIFEST,
+    Surroundings,
+    all_module_folders,
+    module_folders,
+    reference_modules_path,
+)
 from aeros.spec.text.site_layers import site_content
 from aeros.spec.verification.modules_with_settings import absent_module_problems
 from aeros.spec.verification.reports import Report
 
-DEFAULT_MODULES: Final = (Path("ecms"),)
-"""Folders of the modules of a run that names none, on a robot on which none was ever installed."""
+_OWN_MODULES: Final = Path("ecms")
+
+
+def default_modules() -> tuple[Path, ...]:
+    """Find the modules of a run that names none, on a robot on which none was ever installed.
+
+    Returns:
+        The folder `ecms`, or else the folder of the modules that come with AEROS.
+    """
+    reference = reference_modules_path()
+    return (_OWN_MODULES if _OWN_MODULES.is_dir() or not reference.is_dir() else reference,)
 
 
 class FolderModules:
@@ -196,7 +211,7 @@ def uses_installed_modules(registry: InstalledModules) -> bool:
     if not registry.exists:
         return False
     snapshot = registry.snapshot()
-    return bool(snapshot.modules or snapshot.withdrawn) or not any(one.is_dir() for one in DEFAULT_MODULES)
+    return bool(snapshot.modules or snapshot.withdrawn) or not _OWN_MODULES.is_dir()
 
 
 def _withheld(snapshot: RegistrySnapshot, identities: Mapping[str, ModuleIdentity]) -> dict[str, str]:

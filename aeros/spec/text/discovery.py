@@ -26,6 +26,16 @@ def reference_site_path() -> Path:
     return Path(aeros.__file__).parent / "sites" / "panda_cell.yaml"
 
 
+def reference_modules_path() -> Path:
+    """Return the folder of the modules that come with AEROS: `ecms` of its clone, or its copy in a wheel.
+
+    Returns:
+        Its path.
+    """
+    root = Path(aeros.__file__).parent.parent
+    return root / "ecms" if (root / "pyproject.toml").exists() else root / "aeros_reference" / "ecms"
+
+
 def module_folders(path: Path, diagnostics: Diagnostics) -> list[Path]:
     """Find the modules at a path; report an error if there are none.
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, ArgumentTypeError
+from importlib.util import find_spec
 
 import pytest
 
-from aeros.cli.plant_argument import add_plant_argument, plant_name
+from aeros.cli import plant_argument
+from aeros.cli.plant_argument import add_plant_argument, best_plant, plant_name
 from aeros.session.plant_factory import PLANTS
 
 
@@ -16,6 +18,26 @@ def test_shipped_plants_are_accepted_and_others_refused_with_the_nearest_name() 
         plant_name("mujocco")
 
 
+@pytest.mark.parametrize(
+    ("installed", "plant"),
+    [
+        ({"pybullet", "mujoco", "numpy"}, "physics"),
+        ({"mujoco", "numpy"}, "mujoco"),
+        ({"numpy"}, "kinematic"),
+        (set(), "symbolic"),
+    ],
+)
+def test_the_best_plant_is_the_nearest_to_a_robot_that_is_installed(
+    installed: set[str], plant: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plant_argument, "find_spec", lambda name: name if name in installed else None)
+    assert best_plant() == plant
+    parser = ArgumentParser()
+    add_plant_argument(parser)
+    assert parser.parse_args([]).plant == plant
+
+
+@pytest.mark.skipif(find_spec("pybullet") is None, reason="PyBullet is not installed")
 def test_physics_is_the_default() -> None:
     parser = ArgumentParser()
     add_plant_argument(parser)

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from aeros.cli.main import main
+from aeros.runtime.registry import folder_modules
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files
-from aeros.runtime.registry.folder_modules import FolderModules, uses_installed_modules
+from aeros.runtime.registry.folder_modules import FolderModules, default_modules, uses_installed_modules
 from aeros.runtime.registry.operator_block import UNKNOWN_DIGEST, ModuleIdentity, OperatorBlock
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.store import RegistrySnapshot
@@ -113,6 +114,19 @@ def test_the_folder_ecms_is_used_until_a_module_is_installed(
     assert uses_installed_modules(registry)
     registry.remove("tidy")
     assert uses_installed_modules(registry)
+
+
+def test_without_a_folder_ecms_the_modules_that_come_with_aeros_are_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert default_modules() == (ROOT / "ecms",)
+    monkeypatch.setattr(folder_modules, "reference_modules_path", lambda: tmp_path / "absent")
+    assert default_modules() == (Path("ecms"),)
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ecms").mkdir()
+    assert default_modules() == (Path("ecms"),)
 
 
 def test_settings_of_an_absent_module_are_refused_without_a_proof(registry: Registry, folder: Path) -> None:

@@ -8,10 +8,12 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.text.discovery import (
+    MANIFEST,
     Surroundings,
     all_module_folders,
     may_provide,
     module_folders,
+    reference_modules_path,
     reference_site_path,
 )
 
@@ -126,3 +128,11 @@ def test_a_named_link_is_the_folder_that_it_leads_to(tmp_path: Path) -> None:
     asker, helper = module(tmp_path / "a" / "asker"), module(tmp_path / "b" / "helper")
     (tmp_path / "a" / "link").symlink_to(helper, target_is_directory=True)
     assert Surroundings(named=(asker, helper)).around(asker) == (tmp_path / "a" / "link",)
+
+
+def test_reference_modules_are_those_of_the_clone_or_of_the_wheel(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert (reference_modules_path() / "make_dumplings" / MANIFEST).is_file()
+    monkeypatch.setattr("aeros.__file__", str(tmp_path / "aeros" / "__init__.py"))
+    assert reference_modules_path() == tmp_path / "aeros_reference" / "ecms"

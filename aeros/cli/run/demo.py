@@ -1,0 +1,63 @@
+"""`aeros demo`: prove the modules that come with AEROS, then run one agent on the best simulator here."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aeros.cli.arguments import add_command
+from aeros.cli.plant_argument import best_plant
+from aeros.cli.terminal import print_line
+from aeros.exit_codes import Exit
+from aeros.spec.text.discovery import reference_modules_path
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+It needs no files.  The simulator is the first of these that is installed: physics (PyBullet), mujoco,
+kinematic (no contacts), symbolic (no motion: outcomes are drawn as declared).
+
+examples:
+  aeros demo
+  aeros demo "clean the table" --out runs/clean
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
+    parser = add_command(commands, "demo", __doc__, _EXAMPLES)
+    parser.add_argument(
+        "instruction",
+        nargs="?",
+        default="make dumplings",
+        help='an instruction (default: "make dumplings")',
+    )
+    parser.add_argument("--out", type=Path, help="a new folder for the records (default: in runs/)")
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
+    )
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    from aeros.cli.main import main  # which imports this module
+
+    modules = str(reference_modules_path())
+    run = ["run", arguments.instruction, "--ecms", modules, "--plant", best_plant()]
+    run += ["--state", str(arguments.state)]
+    run += [] if arguments.out is None else ["--out", str(arguments.out)]
+    code = 0
+    for words in (["verify", modules, "--no-lock"], run):
+        print_line(f"$ aeros {shlex.join(words)}")
+        code = main(words)
+        print()
+        if code != Exit.SUCCESS:
+            break
+    return Exit(code)
