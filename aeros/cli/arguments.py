@@ -44,6 +44,20 @@ def add_command(
     )
 
 
+def add_colour(parser: argparse.ArgumentParser) -> None:
+    """Add the option `--color`.
+
+    Args:
+        parser: Parser of the command.
+    """
+    parser.add_argument(
+        "--color",
+        choices=("auto", "always", "never"),
+        default="auto",
+        help="colours; auto is by terminal, NO_COLOR and FORCE_COLOR (default: auto)",
+    )
+
+
 def add_verbosity(parser: argparse.ArgumentParser, *, quiet: str, verbose: str) -> None:
     """Add the options `-q` and `-v`, of which one can be given.
 

@@ -175,7 +175,7 @@ def print_coloured(text: str) -> None:
     sys.stdout.write("\n")
 
 
-def shows_colour(stream: IO[str]) -> bool:
+def shows_colour(stream: IO[str], choice: str = "auto") -> bool:
     """Say if text for a stream gets colours.
 
     `NO_COLOR` (https://no-color.org) and `FORCE_COLOR` (https://force-color.org) decide for every stream, the
@@ -184,10 +184,13 @@ def shows_colour(stream: IO[str]) -> bool:
 
     Args:
         stream: standard output or standard error.
+        choice: `always` or `never`, whatever the environment says; `auto` for the above.
 
     Returns:
         True if it gets colours.
     """
+    if choice != "auto":
+        return choice == "always"
     if os.environ.get("NO_COLOR"):
         return False
     return bool(os.environ.get("FORCE_COLOR")) or (stream.isatty() and os.environ.get("TERM") != "dumb")

@@ -7,7 +7,7 @@ import json
 import sys
 from typing import TYPE_CHECKING, Any
 
-from aeros.cli.arguments import add_command, add_solver_limits, existing_path
+from aeros.cli.arguments import add_colour, add_command, add_solver_limits, existing_path
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_coloured, shows_colour
 from aeros.exit_codes import Exit
@@ -62,6 +62,7 @@ def add_to(commands: Subparsers) -> None:
     )
     add_module_settings(parser)
     add_solver_limits(parser)
+    add_colour(parser)
     parser.set_defaults(command=_command)
 
 
@@ -80,7 +81,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.format == "json":
         print(json.dumps(_as_json(difference), indent=1, ensure_ascii=True))
     else:
-        print_coloured(_as_text(difference, colour=shows_colour(sys.stdout)))
+        print_coloured(_as_text(difference, colour=shows_colour(sys.stdout, arguments.color)))
     if any(problem.severity is Severity.ERROR for problem in difference.problems):
         return Exit.REJECTED
     if arguments.fail_on and difference.allows_more:

@@ -7,12 +7,14 @@ import gc
 import os
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from aeros.cli.arguments import (
+    add_colour,
     add_command,
     add_solver_limits,
     add_verbosity,
@@ -31,8 +33,9 @@ from aeros.cli.terminal import print_coloured, print_diagnostics, show_progress,
 from aeros.exit_codes import Exit, UsageError, exit_for
 from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
-from aeros.spec.diagnostics.errors import DisagreementError
-from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.diagnostics.errors import DisagreementError, UserError
+from aeros.spec.diagnostics.grammar import counted
+from aeros.spec.diagnostics.render import escape_invisible, render_all
 from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.text.discovery import reference_site_path
@@ -55,6 +58,7 @@ examples:
   aeros verify ecms/ --format sarif --output verify.sarif
                                               text, and a file for code scanning
   aeros verify ecms/ --format github          annotations on the lines of a pull request
+  aeros verify ecms/ --watch                  again whenever a file changes, while you edit
   aeros verify ecms/ --check                  write nothing; fail if a certificate is missing or stale
   aeros verify ecms/ --diff                   show proved repairs; `--fix` writes them
   aeros verify ecms/ --second-solver cvc5     check every obligation with cvc5 too
@@ -122,6 +126,10 @@ def add_to(commands: Subparsers) -> None:
         help="check every obligation with cvc5, and at points that each question is written for both solvers "
         "as the language defines it; exit with 3 if anything is left undecided",
     )
+    add_colour(parser)
+    parser.add_argument(
+        "--watch", action="store_true", help="verify again whenever a file changes, until Ctrl-C"
+    )
     add_verbosity(
         parser,
         quiet="print problems alone, and no progress",
@@ -132,6 +140,29 @@ def add_to(commands: Subparsers) -> None:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     _require_consistent(arguments)
+    return _watch(arguments) if arguments.watch else _verify_once(arguments)
+
+
+def _watch(arguments: argparse.Namespace) -> Exit:
+    """Verify again whenever a file changes, until Ctrl-C."""
+    from aeros.cli.author.watch import take_snapshot, wait_for_change  # most runs do not need it
+
+    watched = [*arguments.paths, *([] if arguments.site is None else [arguments.site])]
+    known = take_snapshot(watched)
+    try:
+        while True:
+            try:
+                _verify_once(arguments)
+            except UserError as error:
+                print_diagnostics(render_all(error.diagnostics))
+            print(f"\nwatching {counted(len(known), 'file')}; Ctrl-C ends", flush=True)
+            known = wait_for_change(watched, known)
+            print(f"\n{time.strftime('%H:%M:%S')}  a file changed")
+    except KeyboardInterrupt:
+        return Exit.SUCCESS
+
+
+def _verify_once(arguments: argparse.Namespace) -> Exit:
     try:
         report = _verify(arguments)
         if arguments.diff:
@@ -175,6 +206,8 @@ def _require_consistent(arguments: argparse.Namespace) -> None:
     """
     if not arguments.paths:
         raise UsageError("name a module or a folder of modules, or set `ecms` in aeros.toml")
+    if arguments.watch and (arguments.format != "text" or arguments.output is not None):
+        raise UsageError("--watch prints text, again and again: leave out --format and --output")
     if arguments.fix and arguments.check:
         raise UsageError("--fix writes repairs and --check writes nothing: give one of them")
     if arguments.diff and (arguments.format != "text" or arguments.output is not None):
@@ -238,7 +271,7 @@ def _print_text(result: VerifyResult, arguments: argparse.Namespace) -> None:
     detail = TextDetail.VERBOSE if arguments.verbose else TextDetail.USUAL
     detail = TextDetail.QUIET if arguments.quiet else detail
     width = screen_width() if sys.stdout.isatty() else None
-    text = as_text(result, colour=shows_colour(sys.stdout), detail=detail, width=width)
+    text = as_text(result, colour=shows_colour(sys.stdout, arguments.color), detail=detail, width=width)
     if text:
         print_coloured(text)
 

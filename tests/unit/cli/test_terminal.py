@@ -109,6 +109,8 @@ def test_colours_are_for_terminals_unless_the_environment_decides(
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     assert shows_colour(Stream()) is coloured
+    assert shows_colour(Stream(), "always")
+    assert not shows_colour(Stream(), "never")
 
 
 def test_a_message_has_one_line_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
