@@ -11,7 +11,7 @@ NAME: Final = "aeros-robot"
 on PyPI."""
 
 
-def how_to_install(extra: str) -> str:
+def install_command(extra: str) -> str:
     """Say how to install what an extra provides.
 
     The distribution is not on PyPI yet, so it is installed from the clone.

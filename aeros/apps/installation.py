@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 
 from packaging.requirements import Requirement
 
-from aeros.distribution import NAME, how_to_install
+from aeros.distribution import NAME, install_command
 from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
 
 EXTRAS: Final = {
@@ -124,7 +124,7 @@ def _extra(name: str, requirements: list[Requirement], gives: str) -> InstalledP
     there, lacking = _lacking(requirements)
     if not lacking:
         return InstalledPart(name, PartState.INSTALLED, ", ".join(there) or "nothing more is needed", gives)
-    cure = how_to_install(name)
+    cure = install_command(name)
     if "pybullet" in lacking and sys.version_info >= (3, 12):
         cure = "PyBullet has no wheel for this Python: use Python 3.11, or `--plant mujoco`"
     return InstalledPart(name, PartState.MISSING, f"lacks {', '.join(lacking)}", gives, cure)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aeros.cli.help_text import WrappedEpilog
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.exit_codes import EXIT_CODES, UsageError
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 
@@ -211,7 +211,7 @@ def second_solver(text: str) -> SecondSolver:
     try:
         from aeros.spec.backends.cvc5_solver import Cvc5
     except ImportError as error:
-        raise argparse.ArgumentTypeError(f"cvc5 is not installed: {how_to_install('cvc5')}") from error
+        raise argparse.ArgumentTypeError(f"cvc5 is not installed: {install_command('cvc5')}") from error
     return Cvc5()
 
 

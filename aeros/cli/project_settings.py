@@ -80,7 +80,11 @@ def _tool_table(path: Path, table: Mapping[str, Any]) -> Mapping[str, Any] | Non
 
 
 def _option(path: Path, key: str, value: Any) -> Any:
-    """Check a setting, and turn it to what the parser makes of its option."""
+    """Check a setting, and turn it to what the parser makes of its option.
+
+    Raises:
+        UsageError: it is unknown, or its value cannot be used.
+    """
     if key not in _READERS:
         near = get_close_matches(key, _READERS, 1, 0.6)
         cure = (

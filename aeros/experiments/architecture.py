@@ -27,7 +27,7 @@ from aeros.agent.execution.supervisor import StepAssessment
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.agent.world.world import WorldModel
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.runtime.ports import Runtime
 from aeros.spec.closed_loop.markov_chain import Prediction
 from aeros.spec.diagnostics.errors import MisuseError
@@ -199,7 +199,7 @@ def load_class(name: str) -> type[Architecture]:
         found = getattr(importlib.import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:
         if name in BUILT_IN:
-            raise MisuseError(f"`{name}` needs {how_to_install('experiments')} ({error})") from error
+            raise MisuseError(f"`{name}` needs {install_command('experiments')} ({error})") from error
         known = ", ".join(BUILT_IN)
         raise MisuseError(
             f"there is no architecture `{name}` ({error}); there are {known}, or name PACKAGE.MODULE:CLASS"

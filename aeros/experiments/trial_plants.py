@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, cast
 
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.files import temporary_folder
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.motion.swept_volume import moves_joints
@@ -140,7 +140,7 @@ def missing_physics_error(error: ImportError) -> UserError:
     Returns:
         The error for the user.
     """
-    headline = f"the physics plant needs {how_to_install('sim')} ({error.name} is missing)"
+    headline = f"the physics plant needs {install_command('sim')} ({error.name} is missing)"
     return UserError([Diagnostic("AE002", headline, help=("or use `--plant symbolic`",))])
 
 

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 from urllib.parse import urlsplit
 
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.experiments.condition import TrialCondition
 from aeros.experiments.inputs import InputPaths, load_inputs
 from aeros.experiments.interruptions import InterruptCounter
@@ -392,7 +392,7 @@ def executor_at(
     try:
         from aeros.experiments.cluster import dask_executor
     except ImportError as error:
-        needs = f"`{address}` needs {how_to_install('distributed')} ({error.name} is missing)"
+        needs = f"`{address}` needs {install_command('distributed')} ({error.name} is missing)"
         raise MisuseError(needs) from error
     return dask_executor(address.removeprefix("dask://"), tls)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.models.interface import ModelFileError, ValueInterface
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class OnnxSession:
             import onnxruntime
         except ImportError as failure:
             raise ModelFileError(
-                f"`{file}` needs onnxruntime, which is not installed: {how_to_install(EXTRA)}"
+                f"`{file}` needs onnxruntime, which is not installed: {install_command(EXTRA)}"
             ) from failure
         self._numpy = numpy
         options = onnxruntime.SessionOptions()

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.runtime.bus.feed import BusFeed
 from aeros.spec.model.site import Site
 
@@ -40,7 +40,7 @@ def open_bag(folder: Path | None, file: Path | None, site: Site) -> Iterator[Bus
     try:
         from aeros.runtime.bus.bag import Bag, BagError, McapFile
     except ImportError as error:
-        raise BagOutputError(f"{option} needs {how_to_install('ros')} ({error.name} is missing)") from error
+        raise BagOutputError(f"{option} needs {install_command('ros')} ({error.name} is missing)") from error
     try:
         bag = Bag(path) if file is None else McapFile(file)
     except BagError as refusal:

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Final
 
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.files import make_folder
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
@@ -378,7 +378,7 @@ def _build_kinematic(site: Site, scene: Scene, seed: int, errors: SensorSetup) -
         from aeros.sim.robot.robot_file import robot_of
     except ImportError as error:
         raise PlantSetupError(
-            f"the kinematic plant needs {how_to_install('kinematic')} ({error.name} is missing); "
+            f"the kinematic plant needs {install_command('kinematic')} ({error.name} is missing); "
             "or use `--plant symbolic`"
         ) from error
     return make_plant(scene, seed, errors.survey, errors.scanners, robot_of(site))
@@ -425,6 +425,6 @@ def _physics_import_errors(plant: str) -> Iterator[None]:
     except ImportError as error:
         extra, other = ("sim", "mujoco") if plant == "physics" else ("mujoco", "physics")
         raise PlantSetupError(
-            f"the {plant} plant needs {how_to_install(extra)} ({error.name} is missing); "
+            f"the {plant} plant needs {install_command(extra)} ({error.name} is missing); "
             f"or use `--plant {other}`, `--plant kinematic` or `--plant symbolic`"
         ) from error

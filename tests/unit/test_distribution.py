@@ -22,7 +22,7 @@ def test_name_and_repository_are_those_of_the_project() -> None:
 
 
 def test_an_extra_is_installed_from_the_clone() -> None:
-    assert distribution.how_to_install("mcp") == "`pip install '.[mcp]'` in the clone of AEROS"
+    assert distribution.install_command("mcp") == "`pip install '.[mcp]'` in the clone of AEROS"
 
 
 def test_metadata_without_a_repository_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from aeros.agent.errors import AgentError
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 
 
 class ClassicalEngineError(Exception):
@@ -24,7 +24,7 @@ class UnifiedPlanningEngine:
 
     def __init__(self, name: str | None = None) -> None:
         if find_spec("unified_planning") is None:
-            raise AgentError(f"--planner pddl needs {how_to_install('pddl')} (unified_planning is missing)")
+            raise AgentError(f"--planner pddl needs {install_command('pddl')} (unified_planning is missing)")
         self._name = name
 
     def solve(self, domain: str, problem: str) -> list[str] | None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aeros.apps.report_page.run_data import AUDIT, RunData, read_run_data
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.sim.film_file import FILE as POSES
 from aeros.spec.model.site import Site
 
@@ -35,7 +35,7 @@ def film_imports() -> Iterator[None]:
     try:
         yield
     except ImportError as error:
-        raise FilmError(f"a film needs {how_to_install('film')} ({error.name} is missing)") from error
+        raise FilmError(f"a film needs {install_command('film')} ({error.name} is missing)") from error
     except (AttributeError, OSError, RuntimeError) as error:
         chosen = os.environ.get("MUJOCO_GL", "")
         raise FilmError(

@@ -30,7 +30,7 @@ from aeros.cli.arguments import (
 from aeros.cli.latest_run import save_latest_run
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import add_plant_argument
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.exit_codes import Exit
 from aeros.files import private_umask
 from aeros.runtime.audit.checkpoints import SigningConfiguration
@@ -92,7 +92,7 @@ def add_to(commands: Subparsers) -> None:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     if find_spec("mcp") is None:
-        print(f"aeros: the MCP SDK is not installed: {how_to_install('mcp')}", file=sys.stderr)
+        print(f"aeros: the MCP SDK is not installed: {install_command('mcp')}", file=sys.stderr)
         return Exit.USAGE
     require_signing_options(arguments)
     with private_umask():

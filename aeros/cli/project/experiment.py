@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command, available_cpus, existing_path, process_count
 from aeros.cli.terminal import print_line, show_progress
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.exit_codes import Exit, UsageError
 from aeros.experiments.architecture import load_class
 from aeros.experiments.catalogue import PLANTS, EnteredArchitecture, Experiment, catalogue, select_rows
@@ -200,7 +200,7 @@ def _import_report_writer() -> Callable[..., dict[str, Any]]:
         for name in _REPORT_PACKAGES:
             import_module(name)
     except ImportError as error:
-        needs = f"experiments need {how_to_install('experiments')} ({error.name} is missing)"
+        needs = f"experiments need {install_command('experiments')} ({error.name} is missing)"
         raise UsageError(needs) from error
     return compute_results
 

@@ -13,7 +13,7 @@ from aeros.agent.planning.classical import UnifiedPlanningEngine
 from aeros.agent.planning.compositions import CompositionPlanner
 from aeros.agent.planning.pddl import PddlPlanner
 from aeros.agent.planning.smt import SmtPlanner
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.model.ecm import Ecm
@@ -117,7 +117,7 @@ def llm_endpoint(arguments: argparse.Namespace) -> LlmEndpoint:
         from aeros.agent.planning.llm_client import LlmEndpoint
     except ImportError as error:
         missing = f"({error.name} is missing)"
-        raise AgentError(f"--planner llm needs {how_to_install('llm')} {missing}") from error
+        raise AgentError(f"--planner llm needs {install_command('llm')} {missing}") from error
     return LlmEndpoint(arguments.llm_url, arguments.llm_model, os.environ.get(LLM_KEY))
 
 

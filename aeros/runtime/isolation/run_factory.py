@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final, Self
 
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.models.load import modules_to_preload
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
@@ -235,9 +235,8 @@ def engine_modules(ecm: Ecm, models: Iterable[str]) -> tuple[str, ...]:
     engines = modules_to_preload(ecm.models[name].kind for name in models)
     missing = [name for name in engines if find_spec(name.partition(".")[0]) is None]
     if missing:
-        raise SkillRefusedError(
-            f"module `{ecm.id}` has networks and `{missing[0]}` is not installed: {how_to_install('learned')}"
-        )
+        lacks = f"module `{ecm.id}` has networks and `{missing[0]}` is not installed"
+        raise SkillRefusedError(f"{lacks}: {install_command('learned')}")
     return engines
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import Final
 
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.runtime.isolation.run_factory import NUMPY_MODULES, SkillRunFactory, engine_modules
 from aeros.runtime.perception.perceiver_run import (
     InProcessPerceiver,
@@ -71,5 +71,5 @@ def open_by_policy(skills: SkillRunFactory) -> OpenPerceiver:
 def _require_numpy(ecm: Ecm) -> None:
     if find_spec("numpy") is None:
         raise SkillRefusedError(
-            f"the perceivers of module `{ecm.id}` need {how_to_install('kinematic')} (numpy is missing)"
+            f"the perceivers of module `{ecm.id}` need {install_command('kinematic')} (numpy is missing)"
         )

@@ -206,12 +206,12 @@ def format_reasons(reasons: tuple[Reason, ...], causes: tuple[Cause, ...] = ()) 
     if not reasons:
         return "the gate gave no reason"
     values = [", ".join(map(str, cause.shortfalls)) for cause in causes] or [""] * len(reasons)
-    told, shown = next(
+    first, shown = next(
         ((reason, one) for reason, one in zip(reasons, values, strict=True) if one), (reasons[0], "")
     )
-    others = [rule for rule in dict.fromkeys(reason.rule for reason in reasons) if rule != told.rule]
+    others = [rule for rule in dict.fromkeys(reason.rule for reason in reasons) if rule != first.rule]
     also = f"; also {', '.join(others)}" if others else ""
-    return f"{told.code} {told.rule}: {shown or told.text}{also}"
+    return f"{first.code} {first.rule}: {shown or first.text}{also}"
 
 
 def _action_details(action: Action) -> dict[str, Any]:

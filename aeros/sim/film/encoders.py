@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 
 FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
 """Pillow's names of the formats of animated pictures, by file suffix."""
@@ -66,7 +66,7 @@ def open_encoder(path: Path, size: tuple[int, int], rate: int) -> FilmEncoder:
     except ImportError as error:
         missing = f"({error.name} is missing)"
         raise FilmPackageError(
-            f"writing .mp4 needs {how_to_install('film')} {missing}; or write .webp or .gif"
+            f"writing .mp4 needs {install_command('film')} {missing}; or write .webp or .gif"
         ) from error
     return Mp4Encoder(size, rate, _CONSTANT_RATE)
 

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Final
 
 import aeros
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.models.interface import ModelFileError, ModelPackage, ValueInterface
 from aeros.models.onnx_session import OnnxSession, fitting_shape
 from aeros.models.table import Table, read_table
@@ -165,7 +165,7 @@ def _bound_claim(model: ModuleModel, bound: ModelBound, subject: _Subject) -> St
             label,
             notes=(reason,),
             help=(
-                f"install Marabou, a network verifier: {how_to_install(EXTRA)}"
+                f"install Marabou, a network verifier: {install_command(EXTRA)}"
                 if marabou_version() is None
                 else "use a wider bound, a smaller box, or a smaller network",
                 "or write `runtime_checked: true`, to check the bound at each call",

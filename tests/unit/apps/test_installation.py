@@ -13,7 +13,7 @@ from aeros.apps.installation import (
     PartState,
     examine_installation,
 )
-from aeros.distribution import NAME, how_to_install
+from aeros.distribution import NAME, install_command
 from tests.repo.tree import ROOT
 
 FOR_DEVELOPERS = {"benchmark", "dev", "mutation", "test"}
@@ -48,7 +48,7 @@ def test_a_missing_distribution_or_another_version_is_named(monkeypatch: pytest.
     monkeypatch.setattr(metadata, "version", version)
     found = parts()
     assert found["cvc5"] == InstalledPart(
-        "cvc5", PartState.MISSING, "lacks cvc5", EXTRAS["cvc5"], how_to_install("cvc5")
+        "cvc5", PartState.MISSING, "lacks cvc5", EXTRAS["cvc5"], install_command("cvc5")
     )
     assert found["core"].state is PartState.BROKEN
     assert found["core"].found == "lacks z3-solver 1.0 (==5.4.0.0 is needed)"

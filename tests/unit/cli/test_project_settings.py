@@ -53,7 +53,7 @@ def test_settings_are_the_defaults_of_options_and_those_given_take_their_place(p
     assert (replay.site, replay.state) == (None, project / "robot")  # the run may be another project's
 
 
-def test_what_is_not_a_setting_is_refused_at_its_line_by_commands_that_have_options_of_it(
+def test_an_unknown_setting_is_refused_at_its_line_by_commands_that_have_options_of_it(
     project: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (project / "aeros.toml").write_text('# options\nsites = "cell.yaml"\n')

@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import pytest
 
-from aeros.distribution import how_to_install
+from aeros.distribution import install_command
 from aeros.experiments.failure_models import independent_process
 from aeros.experiments.trial_plants import (
     _CountingPlant,
@@ -61,7 +61,7 @@ def test_a_missing_dependency_of_physics_is_reported() -> None:
     error = missing_physics_error(ImportError("no", name="pybullet"))
     (problem,) = error.diagnostics
     assert (problem.code, problem.help) == ("AE002", ("or use `--plant symbolic`",))
-    assert problem.headline == f"the physics plant needs {how_to_install('sim')} (pybullet is missing)"
+    assert problem.headline == f"the physics plant needs {install_command('sim')} (pybullet is missing)"
 
 
 @pytest.mark.physics

@@ -15,7 +15,7 @@ from aeros.spec.verification.reports import SubjectReport
 
 
 class TextDetail(Enum):
-    """How much a report in text tells beside the diagnostics."""
+    """Amount of text beside the diagnostics."""
 
     QUIET = "nothing"
     USUAL = "verdicts, and the names of what is checked at run time"

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from aeros.cli.main import main
-from aeros.cli.run import demo
+from aeros.cli.project import demo
 from aeros.exit_codes import Exit
 
 
@@ -27,6 +27,6 @@ def test_it_proves_and_runs_and_shows_both_commands(capsys: pytest.CaptureFixtur
     assert (Path("out") / "audit.jsonl").exists()
 
 
-def test_what_does_not_succeed_ends_it_with_that_code(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_failure_ends_it_with_that_code(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["demo", "clean the moon"]) == Exit.REJECTED
     assert "does not know `moon`" in capsys.readouterr().err
