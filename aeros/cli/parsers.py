@@ -89,7 +89,8 @@ def parse(given: Sequence[str]) -> argparse.Namespace:
         given: its words, without the program's name.
 
     Returns:
-        The arguments; `command` is to be called with them.
+        The arguments; `command` is to be called with them, and `from_settings` names those that the project's
+        settings gave.
 
     Raises:
         UsageError: the file with the settings of the project cannot be used.
@@ -107,6 +108,9 @@ def parse(given: Sequence[str]) -> argparse.Namespace:
     # argparse would add what is given to the default of an option that may be repeated.
     if "ecms" in settings.options and getattr(parsed, "ecms", ()) is None:
         parsed.ecms = settings.options["ecms"]
+    parsed.from_settings = frozenset(
+        key for key, value in settings.options.items() if getattr(parsed, key, None) is value
+    )
     if unknown:
         known = [] if command is None else option_names(command)
         word = unknown[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -114,7 +115,7 @@ def _text(_: Path, value: Any) -> str:
 
 
 def _path(folder: Path, value: Any) -> Path:
-    return folder / _text(folder, value)
+    return Path(os.path.relpath(folder / _text(folder, value)))
 
 
 def _existing(folder: Path, value: Any) -> Path:

@@ -72,7 +72,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
         print("aeros: one of the two is a site file, the other holds modules", file=sys.stderr)
         return Exit.USAGE
     configurations = module_configurations(arguments)
-    if is_site(old) and (arguments.site is not None or configurations):
+    is_site_given = arguments.site is not None and "site" not in arguments.from_settings
+    if is_site(old) and (is_site_given or configurations):
         given = "--bind` and `--set` are" if configurations else "--site` is"
         print(f"aeros: `{given} for comparing modules; these are site files", file=sys.stderr)
         return Exit.USAGE

@@ -28,7 +28,7 @@ def test_the_nearest_file_counts_up_to_the_root_of_the_repository(project: Path)
     assert find_settings(deep).path is None
     (project / "aeros.toml").write_text('state = "robot"')
     found = find_settings(deep)
-    assert (found.path, found.options) == (project / "aeros.toml", {"state": project / "robot"})
+    assert (found.path, found.options) == (project / "aeros.toml", {"state": Path("robot")})
     (project / "a" / "pyproject.toml").write_text('[project]\nname = "x"')
     assert find_settings(deep).path == project / "aeros.toml"
     (project / "a" / "pyproject.toml").write_text('[tool.aeros]\nplant = "symbolic"')
@@ -43,14 +43,16 @@ def test_settings_are_the_defaults_of_options_and_those_given_take_their_place(p
         'site = "cell.yaml"\necms = "modules"\nstate = "robot"\nplant = "symbolic"\n'
     )
     run = parse(["run", "make tea"])
-    assert (run.site, run.ecms) == (project / "cell.yaml", [project / "modules"])
-    assert (run.state, run.plant) == (project / "robot", "symbolic")
+    assert (run.site, run.ecms) == (Path("cell.yaml"), [Path("modules")])
+    assert (run.state, run.plant) == (Path("robot"), "symbolic")
     given = parse(["run", "make tea", "--state", "mine", "--plant", "kinematic", "--ecms", "modules"])
     assert (given.state, given.plant, given.ecms) == (Path("mine"), "kinematic", [Path("modules")])
-    assert parse(["verify"]).paths == [project / "modules"]
+    assert parse(["verify"]).paths == [Path("modules")]
     assert parse(["verify", "cell.yaml"]).paths == [Path("cell.yaml")]
     replay = parse(["audit", "replay", "cell.yaml"])
-    assert (replay.site, replay.state) == (None, project / "robot")  # the run may be another project's
+    assert (replay.site, replay.state) == (None, Path("robot"))  # the run may be another project's
+    assert parse(["verify"]).from_settings == {"site"}
+    assert parse(["verify", "--site", "cell.yaml"]).from_settings == frozenset()
 
 
 def test_an_unknown_setting_is_refused_at_its_line_by_commands_that_have_options_of_it(
