@@ -35,7 +35,7 @@ def test_the_same_seed_ends_the_same_under_every_gate(
     assert _run(tmp_path, "--plant", "symbolic", "--seed", "7", "--gate", gate) == Exit.SUCCESS
     message = capsys.readouterr().out
     assert "goal reached" in message
-    assert "steps      6 run, 0 retries, 1 recoveries, 2 re-plans" in message
+    assert "steps      6 run, 0 retries, 1 recovery, 2 re-plans" in message
     assert "0 denied" in message
 
 
