@@ -64,7 +64,7 @@ def record_start(journal: Journal, role: StepRole, dispatch: Dispatch, inputs: M
     record, usual = dispatch.record, dispatch.typical_duration
     name = f"{dispatch.request.module}.{dispatch.request.skill}"
     tries = record.successes + record.failures
-    took = "" if usual is None else f", in {usual}"
+    took = "" if usual is None else f" in about {usual.median:.3g} s"
     history = f" (before: {record.successes} of {tries} succeeded{took})" if tries else ""
     journal.record_step(
         "step-started",

@@ -6,7 +6,7 @@ import sys
 import time
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from aeros.agent.agent import Agent
 from aeros.agent.execution.journal import AgentEvent
@@ -39,6 +39,7 @@ from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
 from aeros.session.run_governor import RunGovernor
 from aeros.session.sd_notify import READY, STOPPING, Notifier
 from aeros.session.setup import AUDIT
+from aeros.session.trace import broken_for
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.referee import GoalJudgement
 from aeros.spec.model.ecm import ActionCondition
@@ -46,6 +47,10 @@ from aeros.spec.verification.reports import Report
 
 if TYPE_CHECKING:
     from aeros.sim.faults.injector import FaultEvent
+
+
+_SUMMARY_INDENT: Final = 11
+"""Columns before the text of a line of the summary: those of its label."""
 
 
 class RunRequest(NamedTuple):
@@ -178,7 +183,9 @@ def _report_run(
     configuration = staged.configuration
     declared = {name: one for ecm in configuration.modules.values() for name, one in ecm.state.items()}
     declared = {**configuration.site.state, **declared}
-    print(summary(request.proof_report, report, plant, simulated, seconds, judgement, failures, declared))
+    text = summary(request.proof_report, report, plant, simulated, seconds, judgement, failures, declared)
+    for line in text.split("\n"):
+        print(broken_for(sys.stdout, line, _SUMMARY_INDENT))
     if tally is not None and GateMode(staged.arguments.gate) is GateMode.CHECKED:
         print(f"checked    Z3 confirmed {tally.confirmed} of {tally.decided} decisions")
     audited, sound = _check_log(out / AUDIT, request.signing)

@@ -69,7 +69,7 @@ def test_a_choice_is_recorded_with_its_options_and_a_named_skill_is_no_choice(
 def test_a_start_says_how_the_skill_did_before(journal: Journal, events: list[AgentEvent]) -> None:
     record_start(journal, StepRole.STEP, _dispatch(usual=DurationStats(8.0, 7.0, 9.0, 3)), {"level": 2})
     (began,) = events
-    assert began.text == "step kitchen.steam (before: 3 of 4 succeeded, in 8.0 s (half in 7.0 to 9.0 s))"
+    assert began.text == "step kitchen.steam (before: 3 of 4 succeeded in about 8 s)"
     assert (began.details["inputs"], began.details["usual_seconds"]) == ({"level": 2}, 8.0)
 
 
