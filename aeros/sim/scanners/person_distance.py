@@ -97,7 +97,7 @@ class PersonDistance:
             self._displacement += _TRACKING_SHARE * robot.offset_of_carriage(points[own])
         if robot.reaches_down_to(self._plane + self._allowance):
             own |= robot.covers_with_links(points, self._plane, self._allowance)
-        hidden = self._grid.hidden_places(shorter, lengths, robot)
+        hidden = self._grid.hidden_places(shorter, lengths, robot, self._plane)
         places = np.concatenate((points[~own], hidden))
         if not len(places):
             return self._settle(self._farthest)
