@@ -46,7 +46,7 @@ SPONGE_GRASP = 0.032
 """Height of the sponge's grasp above the foam's middle, m: on its block, fingertips 8 mm off the foam."""
 
 DEEPER = 0.005
-"""How much lower fingers grip a thing which they have missed, m: of the sponge they stay 3 mm off the foam."""
+"""How much lower fingers grip what they have missed, m: of the sponge they stay 3 mm off the foam."""
 
 FOAM_HALF_HEIGHT = 0.015
 
@@ -209,9 +209,9 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look.
 
-    What the fingers miss, or what slips from them, is gripped once more in another way. A piece that they miss
-    then, too, is left. The table cannot be tidied where the sponge lies overturned, or where a piece does not fit the hand: then
-    nothing is moved.
+    What the fingers miss, or what slips from them, is gripped once more in another way. A piece that is still
+    where it was is left then. The table cannot be tidied where the sponge lies overturned, or where a piece
+    does not fit the hand: then nothing is moved.
     """
     pace = inputs["hand_speed"]
     observed = yield from _overlook(observed, pace)
@@ -419,7 +419,7 @@ def _bin_clutter(observed: Observation, pace: float, offset: tuple[float, float]
 def _lift_clutter(observed: Observation, pace: float, *, is_second: bool = False) -> Task:
     """Grip the next piece of clutter and lift it.
 
-    A second grip of it is by its other sides, where a hand turned by a right angle has room; else it is deeper.
+    A second grip is by its other sides, where a hand turned by a right angle has room; else it is deeper.
     """
     observed = yield from _sense(observed, "base_position")
     x, y, z = observed["clutter_position"]
