@@ -100,7 +100,8 @@ class Piece:
         is_wrapped: it is a dumpling: it was pressed, seen filled from the side, and not seen open since.
         is_pressed: the lid has pressed on it with a load that seals.
         was_open: it was seen open, so that it has hidden no filling from the start.
-        is_shut: it is closed and empty, and no hand of this robot opens it.
+        is_shut: it is closed, empty or with a filling that sticks out, and no hand of this robot opens it.
+        failures: how often the lid has pressed on it, and then it was closed and no dumpling.
         presses: how often the lid came down on it and left it open, or it came to lie too high for that.
         tries: number of pictures since it moved in which it was in work and not on the press.
         in_pot_since: time of the first picture of it at its place in the pot, s; None outside of it.
@@ -114,6 +115,7 @@ class Piece:
     is_pressed: bool = False
     was_open: bool = False
     is_shut: bool = False
+    failures: int = 0
     presses: int = 0
     tries: int = 0
     in_pot_since: float | None = None
