@@ -53,13 +53,15 @@ def seen_from_side(bench: Bench, picture: Picture) -> Bench:
         return bench
     filled = shows_filling(picture, piece.wrapper)
     is_pressed = piece.is_pressed or bench.is_pressed
-    failures = piece.failures + int(bench.is_pressed and filled is False)
+    is_failure = filled is False and (piece.is_pressed_anew or bench.is_pressed)
+    failures = piece.failures + int(is_failure)
     new = replace(
         piece,
         is_pressed=is_pressed,
         is_wrapped=filled is True and is_pressed,
         is_shut=piece.is_shut or (filled is None and is_pressed) or failures >= MOST_PRESSES,
         failures=failures,
+        is_pressed_anew=False,
     )
     pieces = tuple(new if one is piece else one for one in bench.pieces)
     return replace(bench, pieces=pieces, is_pressed=False)
@@ -111,7 +113,12 @@ def with_wrappers(bench: Bench, wrappers: list[Wrapper]) -> Bench:
     work = None
     for i, piece in enumerate(bench.pieces):
         is_in_work = i == bench.work
-        pressed = replace(piece, is_pressed=piece.is_pressed or (is_in_work and bench.is_pressed))
+        is_new = is_in_work and bench.is_pressed
+        pressed = replace(
+            piece,
+            is_pressed=piece.is_pressed or is_new,
+            is_pressed_anew=piece.is_pressed_anew or is_new,
+        )
         seen = None if i not in found else wrappers[found[i]]
         if seen is None and piece.looks == 1:
             continue  # what was seen once and never again was no wrapper

@@ -99,6 +99,7 @@ class Piece:
         unseen: number of pictures since, which did not.
         is_wrapped: it is a dumpling: it was pressed, seen filled from the side, and not seen open since.
         is_pressed: the lid has pressed on it with a load that seals.
+        is_pressed_anew: it has since the last picture from the side.
         was_open: it was seen open, so that it has hidden no filling from the start.
         is_shut: it is closed, empty or with a filling that sticks out, and no hand of this robot opens it.
         failures: how often the lid has pressed on it, and then it was closed and no dumpling.
@@ -113,6 +114,7 @@ class Piece:
     unseen: int = 0
     is_wrapped: bool = False
     is_pressed: bool = False
+    is_pressed_anew: bool = False
     was_open: bool = False
     is_shut: bool = False
     failures: int = 0
