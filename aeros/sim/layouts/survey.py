@@ -54,7 +54,7 @@ IsHidden = Callable[[Vector3, Marker], bool]
 """Says if something is between an eye, in W, m, and a marker."""
 
 
-class _Moment(NamedTuple):
+class _Shot(NamedTuple):
     tick: int
     cameras: tuple[SeeingCamera, ...]
     is_hidden: IsHidden
@@ -120,8 +120,8 @@ class Survey:
         """
         if not any(self._errors):
             return {name: marker.place for name, marker in self._markers.items()}
-        moment = _Moment(tick, tuple(cameras), is_hidden, carriage)
-        return {name: self._place(name, marker, moment) for name, marker in self._markers.items()}
+        shot = _Shot(tick, tuple(cameras), is_hidden, carriage)
+        return {name: self._place(name, marker, shot) for name, marker in self._markers.items()}
 
     def offset_near(self, place: Vector3, measured: Mapping[str, Vector3]) -> Vector3:
         """Return the error of the surveyed place that is nearest to a fixture, for what the fixture measures.
@@ -138,58 +138,58 @@ class Survey:
         nearest = min(self._markers, key=lambda name: dist(self._markers[name].place, place))
         return subtract(measured[nearest], self._markers[nearest].place)
 
-    def _place(self, name: str, marker: Marker, moment: _Moment) -> Vector3:
+    def _place(self, name: str, marker: Marker, shot: _Shot) -> Vector3:
         place = marker.place
         x, y, z = self._draw_once(f"survey {name}", self._errors.setup)
         at_setup = (place[0] + x, place[1] + y, place[2] + _HEIGHT_SHARE * z)
         views = [
             (dist(one.camera.eye, marker.position), one)
-            for one in moment.cameras
-            if is_in_view(one.camera, marker.position) and not moment.is_hidden(one.camera.eye, marker)
+            for one in shot.cameras
+            if is_in_view(one.camera, marker.position) and not shot.is_hidden(one.camera.eye, marker)
         ]
         for _, camera in sorted(views, key=lambda view: view[0]):
             before = self._seen.get(name, at_setup)
-            found = self._place_with(camera, name, marker, before, moment)
+            found = self._place_with(camera, name, marker, before, shot)
             if found is not None:
                 self._seen[name] = seen = (found[0], found[1], at_setup[2])
                 return seen
         return at_setup
 
     def _place_with(
-        self, one: SeeingCamera, name: str, marker: Marker, before: Vector3, moment: _Moment
+        self, one: SeeingCamera, name: str, marker: Marker, before: Vector3, shot: _Shot
     ) -> Vector3 | None:
         """Return a place as a camera shows it, or None if the camera is not believed."""
         errors, distance = self._errors, dist(one.camera.eye, marker.position)
         calibration = self._draw_once(f"calibration {one.name}", errors.calibration * distance)
-        noise = self._draw(f"marker {name}", moment.tick, errors.noise * distance * distance)
+        noise = self._draw(f"marker {name}", shot.tick, errors.noise * distance * distance)
         seen = seen_with(one.camera, one.believed, marker.position)
         if one.is_fixed and dist(seen, marker.position) > _MOVED:
             return None
         seen = add(seen, add(calibration, noise))
-        beside = subtract(marker.place, marker.position)
-        if one.is_fixed or moment.carriage is None:
-            return add(seen, beside)
-        found = add(self._checks.correct(one, seen), beside)
+        offset = subtract(marker.place, marker.position)
+        if one.is_fixed or shot.carriage is None:
+            return add(seen, offset)
+        found = add(self._checks.correct(one, seen), offset)
         jumped = _level_distance(found, before) > _MOVED
-        if self._checks.is_due(one, moment.tick, at_once=jumped):
-            self._check(one, moment, moment.carriage)
-            found = add(self._checks.correct(one, seen), beside)
-        is_trusted = self._checks.is_checked(one, moment.tick) or _level_distance(found, before) <= _MOVED
+        if self._checks.is_due(one, shot.tick, at_once=jumped):
+            self._check(one, shot, shot.carriage)
+            found = add(self._checks.correct(one, seen), offset)
+        is_trusted = self._checks.is_checked(one, shot.tick) or _level_distance(found, before) <= _MOVED
         return found if is_trusted else None
 
-    def _check(self, one: SeeingCamera, moment: _Moment, carriage: Carriage) -> None:
+    def _check(self, one: SeeingCamera, shot: _Shot, carriage: Carriage) -> None:
         """Place a camera by the markers on the carriage that it shows."""
         errors = self._errors
         shown = [
             spot
             for spot in carriage.markers_in(one.camera)
-            if not moment.is_hidden(one.camera.eye, Marker(spot, spot, None))
+            if not shot.is_hidden(one.camera.eye, Marker(spot, spot, None))
         ]
         distances = np.array([[dist(one.camera.eye, spot)] for spot in shown]).reshape(-1, 1)
-        unit = self._chance.generator(f"carriage {one.name}", moment.tick).standard_normal((len(shown), 3))
+        unit = self._chance.generator(f"carriage {one.name}", shot.tick).standard_normal((len(shown), 3))
         lasting = np.array(self._draw_once(f"calibration {one.name}", errors.calibration))
         self._checks.note(
-            one, shown, lasting * distances + errors.noise * distances**2 * unit, carriage, moment.tick
+            one, shown, lasting * distances + errors.noise * distances**2 * unit, carriage, shot.tick
         )
 
     def _draw(self, channel: str, tick: int, size: float) -> Vector3:

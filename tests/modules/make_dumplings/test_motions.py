@@ -101,7 +101,7 @@ def test_a_filling_that_the_fingers_miss_is_gripped_once_more(
     ],
     ids=["wrapper", "filling", "dumpling"],
 )
-def test_what_is_missed_twice_is_put_nowhere(skill: str, more: dict[str, Any]) -> None:
+def test_things_that_are_missed_twice_are_put_nowhere(skill: str, more: dict[str, Any]) -> None:
     done = actions(skill, misses=9, **more)
     # With a wrapper that is missed there is still a filling, which nobody puts anywhere either.
     assert len(grips(done)) == (4 if skill == "prepare" and not more else 2)
