@@ -23,6 +23,7 @@ def picture(camera: str, *, hidden: bool = False) -> Picture:
     if hidden:
         table.remove("bin")
     look = table.look(camera)
+    assert look.depth is not None
     noise = 0.002 * np.random.default_rng(0).standard_normal(look.depth.shape)
     return replace(look, depth=(look.depth + noise).astype(np.float32))
 
