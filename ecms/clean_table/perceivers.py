@@ -22,7 +22,7 @@ from aeros.perception import (
     wrap_heading,
 )
 
-from .bin import BIN_EDGE, BIN_MARGIN, bin_surroundings, is_bin, is_heaped, is_in_bin
+from .bin import BIN_EDGE, BIN_MARGIN, bin_surroundings, find_bin, is_bin, is_heaped, is_in_bin
 from .floor import find_on_floor
 from .lost_pieces import Clutter, count_clutter, missing_values
 from .low_things import LOW, find_low_things
@@ -92,7 +92,7 @@ def see_table(view: View) -> Perception:
         values["wiped_fraction"] = estimate(clean, 0.01)
         values["table_wiped"] = is_wiped(clean, unseen, is_patch_left)
         if table is not None and "bin_position" in readings:
-            opening = raise_place(readings["bin_position"], -area[2])
+            opening = find_bin(points, raise_place(readings["bin_position"], -area[2]))
             free = in_rectangle(points, *corners_in_world(area, INSPECTED))
             free &= ~is_bin(points, opening, BIN_EDGE)
             free &= ~is_hand(points, readings.get("tool_position"))
@@ -157,7 +157,7 @@ def check_table(view: View) -> Perception:
             if level is not None:
                 hand = watch_hand(hand, level, readings)
             points, _ = points_above_table(picture, level, area, hand.error)
-            opening, rest = raise_place(opening, -area[2]), raise_place(rest, -area[2])
+            opening, rest = find_bin(points, raise_place(opening, -area[2])), raise_place(rest, -area[2])
             is_clean = _is_clean(points, picture.rgb.astype(np.float64), (area, opening, rest), region)
         view = yield {"table_verified": is_clean}
 

@@ -112,9 +112,11 @@ def choose_piece(
     if not fitting:
         return values
     fitting.sort(key=lambda one: (not is_in_the_way(one.points, area, region), one.place[0]))
-    found = ((one, heading) for one in fitting if (heading := _heading_with_room(one, around)) is not None)
-    piece, heading = next(found, (fitting[0], _headings(fitting[0])[0]))
+    found = ((one, headings) for one in fitting if (headings := _headings_with_room(one, around)))
+    piece, headings = next(found, (fitting[0], _headings(fitting[0])[:1]))
+    heading = headings[0]
     return values | {
+        "clutter_free_across": len(headings) > 1,
         "clutter_position": estimate(raise_place(piece.place, table), UNCERTAINTY),
         "clutter_yaw": estimate(heading, HEADING_UNCERTAINTY),
         "clutter_length": estimate(piece.sides[1], UNCERTAINTY),
@@ -138,11 +140,11 @@ def _headings(piece: Piece) -> tuple[float, ...]:
     return (first, wrap_heading(first + pi / 2.0, pi))
 
 
-def _heading_with_room(piece: Piece, around: list[Points]) -> float | None:
-    """Return the first heading at which an open hand meets no other thing; None if there is none."""
+def _headings_with_room(piece: Piece, around: list[Points]) -> tuple[float, ...]:
+    """Return the headings at which an open hand meets no other thing."""
     others = [one for one in around if one is not piece.points]
     points = np.concatenate([np.empty((0, 3)), *others])
-    return next((one for one in _headings(piece) if _has_room(points, piece.place, one)), None)
+    return tuple(one for one in _headings(piece) if _has_room(points, piece.place, one))
 
 
 def _has_room(points: Points, place: Place, yaw: float) -> bool:

@@ -5,7 +5,7 @@ whether a step succeeded: what is measured afterwards does.
 """
 
 from collections.abc import Generator, Iterable
-from math import cos, hypot, pi, sin
+from math import cos, dist, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
@@ -44,6 +44,9 @@ PATIENCE = 40
 
 SPONGE_GRASP = 0.032
 """Height of the sponge's grasp above the foam's middle, m: on its block, fingertips 8 mm off the foam."""
+
+DEEPER = 0.005
+"""How much lower fingers grip what they have missed, m: of the sponge they stay 3 mm off the foam."""
 
 FOAM_HALF_HEIGHT = 0.015
 
@@ -142,6 +145,9 @@ at `CARRY_SPEED` at most."""
 DROPS = ((-0.045, -0.025), (0.045, 0.025), (-0.045, 0.025), (0.045, -0.025))
 """Places (x, y) in the bin where successive pieces are released, m from its middle."""
 
+UNMOVED = 0.015
+"""Distance within which a piece is seen again where it was: no grip of it has helped, m."""
+
 DROP_ROOM = 0.08
 """From the bin's middle to where the end of a piece that is let go may be, along x, m."""
 
@@ -182,6 +188,9 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
             yield from _look_at_the_floor(observed)
             return
         observed = yield from _take_sponge(observed, pace)
+        if not observed["holding"]:
+            yield from _overlook(observed, pace)
+            return
     observed = yield from _sense(observed, "area_position", "region")
     middle_x, middle_y, top = _lifted(observed, "area_position")
     height = max(top + SPONGE_GRASP + FOAM_HALF_HEIGHT, LOWEST_SLIDE)
@@ -200,8 +209,9 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look.
 
-    The table cannot be tidied where the sponge lies overturned, or where a piece does not fit the hand: then
-    nothing is moved.
+    What the fingers miss, or what slips from them, is gripped once more in another way. A piece that is still
+    where it was is left then. The table cannot be tidied where the sponge lies overturned, or where a piece
+    does not fit the hand: then nothing is moved.
     """
     pace = inputs["hand_speed"]
     observed = yield from _overlook(observed, pace)
@@ -215,11 +225,15 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     for offset in DROPS:
         if not _is_clutter_seen(observed):
             break
+        place = observed["clutter_position"]
         observed = yield from _bin_clutter(observed, pace, offset)
         observed = yield from _overlook(observed, pace)
+        if _is_clutter_seen(observed) and dist(observed["clutter_position"], place) < UNMOVED:
+            break
     if _is_sponge_usable(observed) and not _sponge_at_rest(observed):
         observed = yield from _take_sponge(observed, pace)
-        observed = yield from _return_sponge(observed, pace)
+        if observed["holding"]:
+            observed = yield from _return_sponge(observed, pace)
         observed = yield from _overlook(observed, pace)
     yield from _look_at_the_floor(observed)
 
@@ -241,7 +255,8 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
             yield from _look_at_the_floor(observed)
             return
         observed = yield from _take_sponge(observed, pace)
-    observed = yield from _return_sponge(observed, pace)
+    if observed["holding"]:
+        observed = yield from _return_sponge(observed, pace)
     yield from _overlook(observed, pace)
 
 
@@ -342,10 +357,21 @@ def _sponge_at_rest(observed: Observation) -> bool:
 
 
 def _take_sponge(observed: Observation, pace: float) -> Task:
-    """Grip the sponge across and lift it."""
+    """Grip the sponge across and lift it; where it is not held then, look and grip it once more, deeper."""
+    observed = yield from _lift_sponge(observed, pace, SPONGE_GRASP)
+    if not observed["holding"]:
+        observed = yield from _overlook(observed, pace)
+        if not observed["holding"] and _is_sponge_usable(observed):
+            observed = yield from _lift_sponge(observed, pace, SPONGE_GRASP - DEEPER)
+    return observed
+
+
+def _lift_sponge(observed: Observation, pace: float, height: float) -> Task:
+    """Grip the sponge across, at a height above the foam's middle, and lift it."""
     x, y, z = observed["sponge_position"]
-    observed = yield from _grasp(observed, pace, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.02)
-    return (yield from _rise(observed, pace, 0.0))
+    observed = yield from _grasp(observed, pace, (x, y, z + height), observed["sponge_yaw"], 0.02)
+    observed = yield from _rise(observed, pace, 0.0)
+    return (yield from _sense(observed, "holding"))
 
 
 def _return_sponge(observed: Observation, pace: float) -> Task:
@@ -380,20 +406,36 @@ def _bin_clutter(observed: Observation, pace: float, offset: tuple[float, float]
         observed = yield from _overlook(observed, pace)
         if not _is_clutter_seen(observed):
             return observed
-    observed = yield from _sense(observed, "base_position")
-    x, y, z = observed["clutter_position"]
     room = max(0.0, DROP_ROOM - observed["clutter_length"] / 2.0)
     offset = (min(max(offset[0], -room), room), offset[1])
+    observed = yield from _lift_clutter(observed, pace)
+    if not observed["holding"]:
+        observed = yield from _overlook(observed, pace)
+        if not observed["holding"] and _is_clutter_seen(observed):
+            observed = yield from _lift_clutter(observed, pace, is_second=True)
+    return (yield from _drop_in_bin(observed, pace, offset)) if observed["holding"] else observed
+
+
+def _lift_clutter(observed: Observation, pace: float, *, is_second: bool = False) -> Task:
+    """Grip the next piece of clutter and lift it.
+
+    A second grip is by its other sides, where a hand turned by a right angle has room; else it is deeper.
+    """
+    observed = yield from _sense(observed, "base_position")
+    x, y, z = observed["clutter_position"]
     yaw, (dx, dy) = _grip_yaw(observed), _away_from_the_bin(observed)
+    is_free_across = observed.get("clutter_free_across") is True and max(_outside(observed)) >= HAND_REACH
+    if is_second and is_free_across:
+        yaw += pi / 2.0 if yaw <= 0.0 else -pi / 2.0
     aside = min(max(0.0, _room_missing(observed)), GRIP_ASIDE)
     nearest = min(observed["base_position"][0] + NEAREST, x + GRIP_ASIDE)
     # The site's limit does not sink with a lower table.
     lowest = LOWEST + max(_lift(observed), 0.0)
-    grasp = (max(x + aside * dx, nearest), y + aside * dy, max(z + CLUTTER_GRASP, lowest))
+    height = z + CLUTTER_GRASP - (DEEPER if is_second and not is_free_across else 0.0)
+    grasp = (max(x + aside * dx, nearest), y + aside * dy, max(height, lowest))
     observed = yield from _grasp(observed, pace, grasp, yaw, 0.02)
     observed = yield from _rise(observed, pace, yaw)
-    observed = yield from _sense(observed, "holding")
-    return (yield from _drop_in_bin(observed, pace, offset)) if observed["holding"] else observed
+    return (yield from _sense(observed, "holding"))
 
 
 def _drop_in_bin(observed: Observation, pace: float, offset: tuple[float, float]) -> Task:

@@ -1,4 +1,10 @@
-"""Sizes of objects: which ones the hand can hold, and how high it grips them. All lengths in metres."""
+"""Sizes of objects: which ones the hand can hold, and how high it grips them. All lengths in metres.
+
+The gate decides a motion for a space around the tool that what is held may take up, the site's
+`largest_object`. A hand that points down has its palm over the object, so it grips 30 mm below the top at
+most, and one that is higher than 90 mm would hang out of that space. A site for taller objects declares a
+larger space; then every module has to come down more slowly from farther above, with whatever it holds.
+"""
 
 GRASP = 0.012
 """Height of the tool over the middle of an object that stands, where it is neither low nor high, m."""

@@ -9,7 +9,7 @@ from .bench import Bench
 from .choice import chosen_wrapper
 from .measures import MAX_HEIGHT, OVER_BENCH, Place
 from .pictures import level_points, look_from_above, shows_filling
-from .wrappers import Piece, Wrapper
+from .wrappers import MOST_PRESSES, Piece, Wrapper
 
 COOKING_TIME = 5.0
 """Time in the pot after which a dumpling is cooked, s."""
@@ -44,17 +44,24 @@ def with_press(bench: Bench, view: View) -> Bench:
 
 
 def seen_from_side(bench: Bench, picture: Picture) -> Bench:
-    """Judge if the wrapper in work is a dumpling, or shut without a filling."""
+    """Judge if the wrapper in work is a dumpling, or shut without a filling, or with one that sticks out.
+
+    The lid does not push a filling in, so one that still sticks out after the lid has pressed again stays so.
+    """
     piece = bench.in_work
     if piece is None or not piece.wrapper.is_closed:
         return bench
     filled = shows_filling(picture, piece.wrapper)
     is_pressed = piece.is_pressed or bench.is_pressed
+    is_failure = filled is False and (piece.is_pressed_anew or bench.is_pressed)
+    failures = piece.failures + int(is_failure)
     new = replace(
         piece,
         is_pressed=is_pressed,
         is_wrapped=filled is True and is_pressed,
-        is_shut=piece.is_shut or (filled is None and is_pressed),
+        is_shut=piece.is_shut or (filled is None and is_pressed) or failures >= MOST_PRESSES,
+        failures=failures,
+        is_pressed_anew=False,
     )
     pieces = tuple(new if one is piece else one for one in bench.pieces)
     return replace(bench, pieces=pieces, is_pressed=False)
@@ -106,7 +113,12 @@ def with_wrappers(bench: Bench, wrappers: list[Wrapper]) -> Bench:
     work = None
     for i, piece in enumerate(bench.pieces):
         is_in_work = i == bench.work
-        pressed = replace(piece, is_pressed=piece.is_pressed or (is_in_work and bench.is_pressed))
+        is_new = is_in_work and bench.is_pressed
+        pressed = replace(
+            piece,
+            is_pressed=piece.is_pressed or is_new,
+            is_pressed_anew=piece.is_pressed_anew or is_new,
+        )
         seen = None if i not in found else wrappers[found[i]]
         if seen is None and piece.looks == 1:
             continue  # what was seen once and never again was no wrapper
@@ -124,7 +136,13 @@ def with_wrappers(bench: Bench, wrappers: list[Wrapper]) -> Bench:
             is_perched = bench.is_perched(seen) and not bench.is_perched(piece.wrapper)
             presses = piece.presses + int(is_in_work and bench.is_lid_over) + int(is_perched)
             shown = replace(
-                shown, is_wrapped=False, is_pressed=False, is_shut=False, was_open=True, presses=presses
+                shown,
+                is_wrapped=False,
+                is_pressed=False,
+                is_shut=False,
+                failures=0,
+                was_open=True,
+                presses=presses,
             )
         pieces.append(shown)
     pieces += [

@@ -22,6 +22,7 @@ UNSEEN = (
     "filling_position",
     "filling_yaw",
     "filling_has_room",
+    "filling_free_across",
     "other_filling_position",
     "wrapper_position",
     "wrapper_yaw",

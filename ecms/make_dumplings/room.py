@@ -95,11 +95,13 @@ def has_wrapper_room(bench: Bench, piece: Piece) -> bool:
 
 def filling_heading(bench: Bench, filling: Filling) -> float | None:
     """Return the heading at which a hand has room to grip a filling: it is square."""
+    return next(iter(filling_headings(bench, filling)), None)
+
+
+def filling_headings(bench: Bench, filling: Filling) -> tuple[float, ...]:
+    """Return all headings at which a hand has room to grip a filling, the one as it lies first."""
     around = with_rim(bench, points_without(bench, filling.middle, filling.yaw, FILLING_HALF))
-    for heading in square_headings(filling.yaw):
-        if has_room(around, filling.middle, heading):
-            return heading
-    return None
+    return tuple(one for one in square_headings(filling.yaw) if has_room(around, filling.middle, one))
 
 
 def points_without(bench: Bench, middle: Place, yaw: float, half: tuple[float, float]) -> Points:

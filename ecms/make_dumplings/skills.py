@@ -82,8 +82,14 @@ WRAPPER_GAP, HANDLE_GAP, FILLING_GAP = 0.056, 0.044, 0.022
 WRAPPER_GRIP, BLOCKER_GRIP = 0.046, 0.036
 """Gap that fingers close to around a wrapper, and around one of a size that is not known, m."""
 
+FILLING_GRIP, HANDLE_GRIP = 0.012, 0.036
+"""The same around the filling and the press's handle, m."""
+
 GAP_WITHIN = 0.005
 """Tolerance of the finger gap around these widths, m."""
+
+DEEPER = 0.002
+"""How much lower fingers grip a thing which they have missed, m: they stay off what it lies on."""
 
 DRAWN_IN = (0.30, 0.0, 0.45)
 """Tool position that does not hide the bench from the cameras, from the arm's base, m; the arm is there, over
@@ -217,8 +223,9 @@ def boil(observed: Observation, inputs: Inputs) -> SkillBody:
                 return
             if observed.get("dumpling_wrapped") is not True:
                 return  # the looks showed another wrapper to go on with: this one is out of reach
-            middle, yaw = _on_plate(observed, DUMPLING_GRASP), observed["wrapper_yaw"]
-            observed = yield from _take(observed, pace, middle, yaw, WRAPPER_GRIP * _size(observed))
+            observed = yield from _take_wrapper(observed, pace, is_wrapped=True)
+            if _is_missed(observed, WRAPPER_GRIP * _size(observed)):
+                return
         x, y, z = observed.get("pot_place", _fixture(observed, "pot_position"))
         observed = yield from _do(observed, _put(pace, (x, y, z + DROP_HEIGHT), OPEN))
         observed = yield from _look(observed, pace)
@@ -298,6 +305,66 @@ def _take(
     return (yield from _do(observed, (*grasp, *_rise(place, yaw, min(CARRY_SPEED, pace)))))
 
 
+def _is_missed(observed: Observation, width: float) -> bool:
+    """Check that fingers that were to close to `width` got there: they hold nothing."""
+    is_empty = observed.get("holding") is False and "finger_gap" in observed
+    return is_empty and bool(observed["finger_gap"] < width + GAP_WITHIN)
+
+
+def _deeper(place: Place) -> Place:
+    """A place to grip that is lower than one at which the fingers missed."""
+    return (place[0], place[1], place[2] - DEEPER)
+
+
+def _take_wrapper(observed: Observation, pace: float, *, is_wrapped: bool) -> Task:
+    """Grip the wrapper across its hinge, or a dumpling across its plates, and lift it.
+
+    Where it is not held then, look, and grip it once more, deeper and as if its size were not known.
+    """
+
+    def grip() -> tuple[Place, float]:
+        if is_wrapped:
+            return _on_plate(observed, DUMPLING_GRASP), observed["wrapper_yaw"]
+        return observed["wrapper_position"], _hand_heading(observed["wrapper_yaw"])
+
+    width = WRAPPER_GRIP * _size(observed)
+    place, yaw = grip()
+    observed = yield from _take(observed, pace, place, yaw, width)
+    if not _is_missed(observed, width):
+        return observed
+    observed = yield from _look(observed, pace)
+    if not _are_known(observed, WRAPPER) or observed.get("wrapper_has_room") is False:
+        return observed
+    place, yaw = grip()
+    return (yield from _take(observed, pace, _deeper(place), yaw, BLOCKER_GRIP))
+
+
+def _take_filling(observed: Observation, pace: float) -> Task:
+    """Grip the filling and lift it.
+
+    Where it is not held then, look, and grip it once more: by its other sides, if there is room, else deeper.
+    """
+    yaw = observed.get("filling_yaw", 0.0)
+    observed = yield from _take(observed, pace, _filling_grasp(observed), yaw, FILLING_GRIP, HALF_OPEN)
+    if not _is_missed(observed, FILLING_GRIP):
+        return observed
+    observed = yield from _look(observed, pace, "filling_position")
+    if "filling_position" not in observed or observed.get("filling_has_room") is False:
+        return observed
+    place, yaw = _filling_grasp(observed), observed.get("filling_yaw", 0.0)
+    if observed.get("filling_free_across") is True:
+        yaw += pi / 2.0 if yaw <= 0.0 else -pi / 2.0
+    else:
+        place = _deeper(place)
+    return (yield from _take(observed, pace, place, yaw, FILLING_GRIP, HALF_OPEN))
+
+
+def _filling_grasp(observed: Observation) -> Place:
+    """The place of the tool that grips the filling."""
+    x, y, z = observed["filling_position"]
+    return (x, y, z + FILLING_GRASP)
+
+
 def _lay_wrapper(observed: Observation, pace: float) -> Task:
     """Grip the wrapper across its hinge, wherever it lies, and set it down on the press; if it is seen."""
     press = _fixture(observed, "press_position")
@@ -318,13 +385,9 @@ def _lay_wrapper(observed: Observation, pace: float) -> Task:
         observed = yield from _make_room(observed, pace, "wrapper_has_room", *WRAPPER)
         if observed.get("wrapper_has_room") is False or not _are_known(observed, WRAPPER):
             return observed
-        observed = yield from _take(
-            observed,
-            pace,
-            observed["wrapper_position"],
-            _hand_heading(observed["wrapper_yaw"]),
-            WRAPPER_GRIP * _size(observed),
-        )
+        observed = yield from _take_wrapper(observed, pace, is_wrapped=False)
+        if _is_missed(observed, WRAPPER_GRIP * _size(observed)):
+            return observed
     return (yield from _do(observed, _put(pace, press, OPEN)))
 
 
@@ -339,16 +402,23 @@ def _hand_heading(yaw: float) -> float:
 
 def _clear_press(observed: Observation, pace: float) -> Task:
     """Put what lies on the press and is in the way on the bench, and look."""
+    misses = 0
     for _ in range(BLOCKERS):
         if observed.get("press_free") is not False or not _are_known(observed, BLOCKER):
             break
-        (x, y, z), aside = observed["blocker_position"], observed["aside_place"]
+        (x, y, z), yaw = observed["blocker_position"], observed["blocker_yaw"]
+        aside = observed["aside_place"]
+        z -= misses * DEEPER
+        width = BLOCKER_GRIP
         if observed["blocker_is_filling"]:
-            grasp = (x, y, z + FILLING_GRASP)
-            observed = yield from _take(observed, pace, grasp, observed["blocker_yaw"], 0.012, HALF_OPEN)
+            width = FILLING_GRIP
+            observed = yield from _take(observed, pace, (x, y, z + FILLING_GRASP), yaw, width, HALF_OPEN)
         else:
-            observed = yield from _take(observed, pace, (x, y, z), observed["blocker_yaw"], BLOCKER_GRIP)
-        observed = yield from _do(observed, _put(pace, aside, OPEN))
+            observed = yield from _take(observed, pace, (x, y, z), yaw, width)
+        if _is_missed(observed, width):
+            misses += 1
+        else:
+            observed = yield from _do(observed, _put(pace, aside, OPEN))
         observed = yield from _look(observed, pace)
     return observed
 
@@ -389,8 +459,18 @@ def _realign_wrapper(observed: Observation, pace: float) -> Task:
         place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
     # Not lifted: an edge of it may be under the handle's bar.
     along = act("move_tool", target=press, yaw=0.0, speed=NEAR_SPEED)
-    grasp = _grasp(observed, pace, place, _hand_heading(yaw), WRAPPER_GRIP * _size(observed), DOUGH_FORCE)
-    return (yield from _do(observed, (*grasp, along, *_release(pace, press, OPEN))))
+    width = WRAPPER_GRIP * _size(observed)
+    grasp = _grasp(observed, pace, place, _hand_heading(yaw), width, DOUGH_FORCE)
+    observed = yield from _do(observed, grasp)
+    if _is_missed(observed, width):
+        observed = yield from _do(observed, _release(pace, place, OPEN))
+        observed = yield from _look(observed, pace)
+        if not _are_known(observed, WRAPPER):
+            return observed
+        place, yaw = _deeper(observed["wrapper_position"]), observed["wrapper_yaw"]
+        grasp = _grasp(observed, pace, place, _hand_heading(yaw), BLOCKER_GRIP, DOUGH_FORCE)
+        observed = yield from _do(observed, grasp)
+    return (yield from _do(observed, (along, *_release(pace, press, OPEN))))
 
 
 def _nudge(observed: Observation, pace: float, thing: Place) -> Leg:
@@ -416,9 +496,10 @@ def _lay_filling(observed: Observation, pace: float) -> Task:
         observed = yield from _make_room(observed, pace, "filling_has_room", "filling_position")
         if "filling_position" not in observed or observed.get("filling_has_room") is False:
             return observed
-        x, y, z = observed["filling_position"]
-        back = grasp = (x, y, z + FILLING_GRASP)
-        observed = yield from _take(observed, pace, grasp, observed.get("filling_yaw", 0.0), 0.012, HALF_OPEN)
+        back = _filling_grasp(observed)
+        observed = yield from _take_filling(observed, pace)
+        if _is_missed(observed, FILLING_GRIP):
+            return observed
         # The wrapper may have been moved while the filling was fetched, or knocked off.
         observed = yield from _look(observed, pace)
     is_laid_out = observed.get("dough_on_workspace") is True and _are_known(observed, WRAPPER)
@@ -486,11 +567,16 @@ def _open_press(observed: Observation, pace: float) -> Task:
 
 
 def _take_handle(observed: Observation, pace: float) -> Task:
-    """Grip the lid's handle, unless it is held already."""
+    """Grip the lid's handle, unless it is held already; deeper, if the fingers miss it."""
     if _holds(observed, HANDLE_GAP):
         return observed
     handle = _fixture(observed, "press_handle_position")
-    return (yield from _do(observed, _grasp(observed, pace, handle, 0.0, 0.036, HANDLE_FORCE)))
+    observed = yield from _do(observed, _grasp(observed, pace, handle, 0.0, HANDLE_GRIP, HANDLE_FORCE))
+    if _is_missed(observed, HANDLE_GRIP):
+        handle = _deeper(_fixture(observed, "press_handle_position"))
+        again = _grasp(observed, pace, handle, 0.0, HANDLE_GRIP, HANDLE_FORCE)
+        observed = yield from _do(observed, again)
+    return observed
 
 
 def _hinge(observed: Observation) -> Place:

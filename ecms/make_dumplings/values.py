@@ -26,6 +26,7 @@ from .measures import (
 )
 from .room import (
     filling_heading,
+    filling_headings,
     has_wrapper_room,
     is_filling_stuck,
     is_on_side,
@@ -69,10 +70,11 @@ def place_values(bench: Bench) -> Values:
     if others:
         values["other_filling_position"] = (others[0], UNCERTAINTY)
     if filling is not None:
-        heading = filling_heading(bench, filling)
+        headings = filling_headings(bench, filling)
         values["filling_position"] = (filling.middle, UNCERTAINTY)
-        values["filling_has_room"] = (heading is not None,)
-        values["filling_yaw"] = (filling.yaw if heading is None else heading, ANGLE_UNCERTAINTY)
+        values["filling_has_room"] = (bool(headings),)
+        values["filling_yaw"] = (next(iter(headings), filling.yaw), ANGLE_UNCERTAINTY)
+        values["filling_free_across"] = (len(headings) > 1,)
     free = pot_place(bench)
     if free is not None:
         values["pot_place"] = (free, UNCERTAINTY)

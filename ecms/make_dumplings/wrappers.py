@@ -99,8 +99,10 @@ class Piece:
         unseen: number of pictures since, which did not.
         is_wrapped: it is a dumpling: it was pressed, seen filled from the side, and not seen open since.
         is_pressed: the lid has pressed on it with a load that seals.
+        is_pressed_anew: it has since the last picture from the side.
         was_open: it was seen open, so that it has hidden no filling from the start.
-        is_shut: it is closed and empty, and no hand of this robot opens it.
+        is_shut: it is closed, empty or with a filling that sticks out, and no hand of this robot opens it.
+        failures: how often the lid has pressed on it, and then it was closed and no dumpling.
         presses: how often the lid came down on it and left it open, or it came to lie too high for that.
         tries: number of pictures since it moved in which it was in work and not on the press.
         in_pot_since: time of the first picture of it at its place in the pot, s; None outside of it.
@@ -112,8 +114,10 @@ class Piece:
     unseen: int = 0
     is_wrapped: bool = False
     is_pressed: bool = False
+    is_pressed_anew: bool = False
     was_open: bool = False
     is_shut: bool = False
+    failures: int = 0
     presses: int = 0
     tries: int = 0
     in_pot_since: float | None = None

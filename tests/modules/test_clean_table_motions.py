@@ -39,9 +39,14 @@ def piece(x: float, y: float, yaw: float = 0.0, length: float = 0.04) -> Observa
     return {**AROUND, "clutter_position": (x, y, 0.02), "clutter_yaw": yaw, "clutter_length": length}
 
 
-def actions(task: Generator[Action, Observation, object], *observed: Observation) -> list[Action]:
-    """Drive a task; each look shows the next of `observed`, and fingers that close hold what is there."""
-    now, later, done = observed[0], iter(observed[1:]), []
+def actions(
+    task: Generator[Action, Observation, object], *observed: Observation, misses: int = 0
+) -> list[Action]:
+    """Drive a task; each look shows the next of `observed`.
+
+    Fingers that close hold what is there, but for the first `misses` times.
+    """
+    now, later, done, closed = observed[0], iter(observed[1:]), [], 0
     try:
         action = next(task)
         while True:
@@ -50,7 +55,9 @@ def actions(task: Generator[Action, Observation, object], *observed: Observation
             if action.kind == "move_tool":
                 values["tool_position"] = action.parameters["target"]
             elif action.kind == "grip":
-                values["holding"] = action.parameters["width"] == 0.02
+                is_closing = action.parameters["width"] == 0.02
+                closed += is_closing
+                values["holding"] = is_closing and closed > misses
             elif action.kind == "look":
                 values = {**next(later, now), "tool_position": now["tool_position"]}
             now = values
@@ -190,3 +197,61 @@ def test_a_flat_piece_is_gripped_over_the_table_and_not_below_the_sites_limit(
 ) -> None:
     flat = {**piece(0.5, -1.2), "clutter_position": (0.5, -1.2, lift + 0.005), "table_lift": lift}
     assert grasp_of(binned(flat))[0][2] == pytest.approx(height)
+
+
+def grasps_of(done: list[Action]) -> list[tuple[tuple[float, float, float], float]]:
+    """Place and yaw of the tool each time that its fingers close."""
+    return [
+        (done[at - 1].parameters["target"], done[at - 1].parameters["yaw"])
+        for at, one in enumerate(done)
+        if one.kind == "grip" and one.parameters["width"] == 0.02
+    ]
+
+
+@pytest.mark.parametrize(
+    ("observed", "second"),
+    [
+        ({**piece(0.5, -1.2, yaw=0.3), "clutter_free_across": True}, (0.024, 0.3 - pi / 2.0)),
+        ({**piece(0.5, -1.2, yaw=-0.3), "clutter_free_across": True}, (0.024, -0.3 + pi / 2.0)),
+        ({**piece(0.5, -1.2, yaw=0.3), "clutter_free_across": False}, (0.019, 0.3)),
+        # Beside the bin's wall the hand stays along it.
+        ({**piece(0.45, -1.575), "clutter_free_across": True}, (0.019, -pi / 2.0)),
+    ],
+    ids=["turned", "turned the other way", "no room across", "beside the bin"],
+)
+def test_a_piece_that_the_fingers_miss_is_gripped_once_more_in_another_way(
+    observed: Observation, second: tuple[float, float]
+) -> None:
+    done = actions(skills._bin_clutter(observed, PACE, (0.0, 0.0)), observed, misses=1)
+    (_, first), (place, yaw) = grasps_of(done)
+    assert (place[2], yaw) == pytest.approx(second)
+    assert first == skills._grip_yaw(observed)
+    assert drop_of(done)[:2] == pytest.approx(BIN[:2])
+
+
+def test_a_piece_that_is_missed_twice_where_it_is_seen_is_left() -> None:
+    observed = {**piece(0.5, -1.2), "clutter_free_across": True}
+    done = actions(skills.organize(observed, {"hand_speed": PACE}), observed, misses=9)
+    assert len(grasps_of(done)) == 2
+    # One that has moved meanwhile is tried anew.
+    moved = {**piece(0.5, -1.1), "clutter_free_across": True}
+    gone = {**AROUND, "clutter_on_table": False}
+    done = actions(
+        skills.organize(observed, {"hand_speed": PACE}), observed, observed, observed, moved, gone, misses=2
+    )
+    assert len(grasps_of(done)) == 3
+
+
+@pytest.mark.parametrize("skill", ["wipe", "recover"])
+@pytest.mark.parametrize(("misses", "is_used"), [(0, True), (1, True), (9, False)])
+def test_a_sponge_that_the_fingers_miss_is_gripped_once_more_deeper_and_none_is_swept(
+    skill: str, misses: int, is_used: bool
+) -> None:
+    observed = {**AROUND, "clutter_on_table": False, "region": "whole"}
+    done = actions(getattr(skills, skill)(observed, {"hand_speed": PACE}), observed, misses=misses)
+    heights = [place[2] for place, _ in grasps_of(done)]
+    assert heights == pytest.approx([0.047, 0.042][: misses + 1])
+    assert ("slide" in kinds(done)) is (is_used and skill == "wipe")
+    at_rest = [one.parameters["target"] for one in done if one.kind == "move_tool"]
+    is_put_back = any(target[2] == pytest.approx(0.048) for target in at_rest)
+    assert is_put_back is is_used

@@ -313,7 +313,15 @@ def test_a_picture_without_a_wrapper_says_nothing_of_it() -> None:
     assert found["filling_position"] is not None
     for name in UNSEEN:
         if not name.startswith(
-            ("filling_position", "filling_yaw", "filling_has_room", "press_free", "pot_", "aside")
+            (
+                "filling_position",
+                "filling_yaw",
+                "filling_has_room",
+                "filling_free_across",
+                "press_free",
+                "pot_",
+                "aside",
+            )
         ):
             assert found[name] is None
     assert (found["dumpling_wrapped"], bench.watched.answer["dumpling_wrapped"].time) == (False, 0.0)
@@ -330,6 +338,19 @@ def test_an_empty_or_open_wrapper_is_no_dumpling() -> None:
         bench.put(PRESS, fold, filling=filling)
         bench.look(0.0, force=3.1)
         assert bench.look(1.0, "side")["dumpling_wrapped"] is False
+
+
+def test_a_filling_that_sticks_out_after_the_lid_has_pressed_twice_spoils_the_wrapper() -> None:
+    bench = Bench(second=True)
+    bench.put(PRESS, 0.0, filling=None)
+    bench.look(0.0)
+    bench.put(PRESS, pi, filling=add(PRESS, (HINGE_TO_PLATE + 0.015, 0.0, 0.012)))
+    for at, (is_supplied, number) in ((1.0, (True, 0)), (3.0, (False, 1))):
+        bench.look(at, force=3.1)
+        assert bench.look(at + 0.5, "side")["dumpling_wrapped"] is False
+        assert bench.look(at + 1.0)["wrappers_shut"] == number
+        assert bench.watched.answer["dough_on_workspace"].value is is_supplied
+    assert bench.watched.answer["wrappers_suffice"].value is True, "there is another one"
 
 
 def test_a_dumpling_that_opens_is_no_longer_wrapped_and_was_not_pressed() -> None:

@@ -4,19 +4,23 @@ A place has a marker: on the fixed body that is declared from it, or else at the
 has it in view, the place is what a detector of fiducials makes of it: with the camera's own calibration error
 and a noise, both of which grow with the distance. Otherwise it is what the survey at setup says. None of them
 is the truth. Heights are those of the setup, where a height gauge took them: fixtures stand on a level floor.
+A camera that was knocked would show a marker elsewhere. One in the cell is not believed, as fixtures do not
+move; one that the robot carries is placed anew by the markers on the carriage (`camera_checks.py`), or is
+not believed while it shows none of them.
 Not modelled: what hides a marker, on the kinematic plant.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from math import dist, radians, tan
+from math import dist
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.geometry import Camera, Pose, Vector3, add, camera_axes, seen_with, subtract
+from aeros.sim.geometry import Pose, Vector3, add, seen_with, subtract
+from aeros.sim.layouts.camera_checks import CameraChecks, Carriage, SeeingCamera, is_in_view
 from aeros.sim.randomness import RandomSource
 from aeros.spec.model.scene import Scene
 from aeros.spec.model.sensor_errors import SurveyErrors
@@ -26,29 +30,10 @@ _HEIGHT_SHARE: Final = 0.2
 
 _MOVED: Final = 0.01
 """Distance of a marker from where the setup has it from which a fixed camera is not believed, m: fixtures do
-not move, so the camera has. It is many times the errors of both."""
-
-_NEAREST, _FARTHEST = 0.15, 2.5
-"""Distances from which a detector sees a marker of 50 mm in 320 x 240 pixels, m."""
-
+not move, so the camera has. It is many times the errors of both. A carried one that shows no marker of the
+carriage is not believed if it has the marker as far from where it was seen last."""
 
 NO_SURVEY_ERRORS: Final = SurveyErrors()
-
-
-class SeeingCamera(NamedTuple):
-    """A camera that looks for markers.
-
-    Attributes:
-        name: its name.
-        camera: where it is, in W.
-        believed: where the robot takes it to be.
-        is_fixed: True if it is put up in the cell, and so does not drift with the robot.
-    """
-
-    name: str
-    camera: Camera
-    believed: Camera
-    is_fixed: bool
 
 
 class Marker(NamedTuple):
@@ -67,6 +52,13 @@ class Marker(NamedTuple):
 
 IsHidden = Callable[[Vector3, Marker], bool]
 """Says if something is between an eye, in W, m, and a marker."""
+
+
+class _Shot(NamedTuple):
+    tick: int
+    cameras: tuple[SeeingCamera, ...]
+    is_hidden: IsHidden
+    carriage: Carriage | None
 
 
 def markers_of(scene: Scene, poses: Mapping[str, Pose]) -> dict[str, Marker]:
@@ -105,12 +97,15 @@ class Survey:
         self._chance = chance
         # Draws of standard deviation 1 of errors that last, by channel.
         self._lasting: dict[str, NDArray[np.float64]] = {}
+        self._seen: dict[str, Vector3] = {}
+        self._checks = CameraChecks()
 
     def measure(
         self,
         tick: int,
         cameras: Iterable[SeeingCamera],
         is_hidden: IsHidden,
+        carriage: Carriage | None = None,
     ) -> dict[str, Vector3]:
         """Measure every place.
 
@@ -118,14 +113,15 @@ class Survey:
             tick: number of the control tick.
             cameras: those that may see markers.
             is_hidden: says if something hides a marker.
+            carriage: what the robot drives on; None if cameras are not checked by it.
 
         Returns:
             Positions in W by name, m.
         """
-        seeing = tuple(cameras)
-        return {
-            name: self._place(name, marker, tick, seeing, is_hidden) for name, marker in self._markers.items()
-        }
+        if not any(self._errors):
+            return {name: marker.place for name, marker in self._markers.items()}
+        shot = _Shot(tick, tuple(cameras), is_hidden, carriage)
+        return {name: self._place(name, marker, shot) for name, marker in self._markers.items()}
 
     def offset_near(self, place: Vector3, measured: Mapping[str, Vector3]) -> Vector3:
         """Return the error of the surveyed place that is nearest to a fixture, for what the fixture measures.
@@ -142,34 +138,59 @@ class Survey:
         nearest = min(self._markers, key=lambda name: dist(self._markers[name].place, place))
         return subtract(measured[nearest], self._markers[nearest].place)
 
-    def _place(
-        self,
-        name: str,
-        marker: Marker,
-        tick: int,
-        cameras: Iterable[SeeingCamera],
-        is_hidden: IsHidden,
-    ) -> Vector3:
-        errors, place = self._errors, marker.place
-        if not any(errors):
-            return place
+    def _place(self, name: str, marker: Marker, shot: _Shot) -> Vector3:
+        place = marker.place
+        x, y, z = self._draw_once(f"survey {name}", self._errors.setup)
+        at_setup = (place[0] + x, place[1] + y, place[2] + _HEIGHT_SHARE * z)
         views = [
             (dist(one.camera.eye, marker.position), one)
-            for one in cameras
-            if is_in_view(one.camera, marker.position) and not is_hidden(one.camera.eye, marker)
+            for one in shot.cameras
+            if is_in_view(one.camera, marker.position) and not shot.is_hidden(one.camera.eye, marker)
         ]
-        x, y, z = self._draw_once(f"survey {name}", errors.setup)
-        height = place[2] + _HEIGHT_SHARE * z
-        if not views:
-            return (place[0] + x, place[1] + y, height)
-        distance, nearest = min(views, key=lambda view: view[0])
-        calibration = self._draw_once(f"calibration {nearest.name}", errors.calibration * distance)
-        noise = self._draw(f"marker {name}", tick, errors.noise * distance * distance)
-        displaced = subtract(seen_with(nearest.camera, nearest.believed, marker.position), marker.position)
-        if nearest.is_fixed and dist(displaced, (0.0, 0.0, 0.0)) > _MOVED:
-            return (place[0] + x, place[1] + y, height)
-        x, y, _ = add(add(place, displaced), add(calibration, noise))
-        return (x, y, height)
+        for _, camera in sorted(views, key=lambda view: view[0]):
+            before = self._seen.get(name, at_setup)
+            found = self._place_with(camera, name, marker, before, shot)
+            if found is not None:
+                self._seen[name] = seen = (found[0], found[1], at_setup[2])
+                return seen
+        return at_setup
+
+    def _place_with(
+        self, one: SeeingCamera, name: str, marker: Marker, before: Vector3, shot: _Shot
+    ) -> Vector3 | None:
+        """Return a place as a camera shows it, or None if the camera is not believed."""
+        errors, distance = self._errors, dist(one.camera.eye, marker.position)
+        calibration = self._draw_once(f"calibration {one.name}", errors.calibration * distance)
+        noise = self._draw(f"marker {name}", shot.tick, errors.noise * distance * distance)
+        seen = seen_with(one.camera, one.believed, marker.position)
+        if one.is_fixed and dist(seen, marker.position) > _MOVED:
+            return None
+        seen = add(seen, add(calibration, noise))
+        offset = subtract(marker.place, marker.position)
+        if one.is_fixed or shot.carriage is None:
+            return add(seen, offset)
+        found = add(self._checks.correct(one, seen), offset)
+        jumped = _level_distance(found, before) > _MOVED
+        if self._checks.is_due(one, shot.tick, at_once=jumped):
+            self._check(one, shot, shot.carriage)
+            found = add(self._checks.correct(one, seen), offset)
+        is_trusted = self._checks.is_checked(one, shot.tick) or _level_distance(found, before) <= _MOVED
+        return found if is_trusted else None
+
+    def _check(self, one: SeeingCamera, shot: _Shot, carriage: Carriage) -> None:
+        """Place a camera by the markers on the carriage that it shows."""
+        errors = self._errors
+        shown = [
+            spot
+            for spot in carriage.markers_in(one.camera)
+            if not shot.is_hidden(one.camera.eye, Marker(spot, spot, None))
+        ]
+        distances = np.array([[dist(one.camera.eye, spot)] for spot in shown]).reshape(-1, 1)
+        unit = self._chance.generator(f"carriage {one.name}", shot.tick).standard_normal((len(shown), 3))
+        lasting = np.array(self._draw_once(f"calibration {one.name}", errors.calibration))
+        self._checks.note(
+            one, shown, lasting * distances + errors.noise * distances**2 * unit, carriage, shot.tick
+        )
 
     def _draw(self, channel: str, tick: int, size: float) -> Vector3:
         x, y, z = (size * self._chance.generator(channel, tick).standard_normal(3)).tolist()
@@ -184,20 +205,5 @@ class Survey:
         return (x, y, z)
 
 
-def is_in_view(camera: Camera, point: Vector3) -> bool:
-    """Say if a marker is in a camera's picture, near enough to be read.
-
-    Args:
-        camera: the camera, in W.
-        point: middle of the marker in W, m.
-
-    Returns:
-        True if it is.
-    """
-    right, above, ahead = camera_axes(camera)
-    away = subtract(point, camera.eye)
-    depth, x, y = (sum(a * b for a, b in zip(axis, away, strict=True)) for axis in (ahead, right, above))
-    if not _NEAREST <= depth <= _FARTHEST:
-        return False
-    half = 0.95 * depth * tan(radians(camera.field_of_view) / 2.0)
-    return abs(y) <= half and abs(x) <= half * camera.width / camera.height
+def _level_distance(first: Vector3, second: Vector3) -> float:
+    return dist(first[:2], second[:2])

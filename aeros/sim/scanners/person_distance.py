@@ -3,7 +3,8 @@
 This is the safety controller's part: it knows the scans, the cell as it was surveyed empty, and the robot's
 own joint positions and odometry, and nothing else of the world.
 
-What is nearer to a scanner than in the surveyed cell is the robot itself or an intruder. A place that some
+What is nearer to a scanner than in the surveyed cell is the robot itself or an intruder, which two rays side
+by side meet. A place that some
 scanner saw then and none sees now may hide a person. The distance is that of the nearest intruder or place,
 less what the scanner may be wrong by. Nobody knows how tall an intruder is, so distances are level ones.
 """
@@ -86,7 +87,8 @@ class PersonDistance:
         """
         if ranges.min() < NEAR_RANGE:
             return None
-        shorter = np.flatnonzero(ranges < self._nearest_expected)
+        is_shorter = ranges < self._nearest_expected
+        shorter = np.flatnonzero(is_shorter)
         if not len(shorter):
             return self._settle(self._farthest)
         lengths = ranges[shorter]
@@ -97,8 +99,10 @@ class PersonDistance:
             self._displacement += _TRACKING_SHARE * robot.offset_of_carriage(points[own])
         if robot.reaches_down_to(self._plane + self._allowance):
             own |= robot.covers_with_links(points, self._plane, self._allowance)
-        hidden = self._grid.hidden_places(shorter, lengths, robot)
-        places = np.concatenate((points[~own], hidden))
+        hidden = self._grid.hidden_places(shorter, lengths, robot, self._plane)
+        # A leg is wider than two rays are apart, wherever it is; one ray alone is shorter by noise.
+        is_paired = (np.roll(is_shorter, 1) | np.roll(is_shorter, -1))[shorter]
+        places = np.concatenate((points[~own & is_paired], hidden))
         if not len(places):
             return self._settle(self._farthest)
         return self._settle(max(0.0, min(self._farthest, robot.distance(places) - self._allowance)))

@@ -78,7 +78,7 @@ class SightGrid:
         seen: Array = self._passes.points[self._times_seen > 0]
         return seen
 
-    def hidden_places(self, rays: Indices, ranges: Array, own: RobotOutline) -> Array:
+    def hidden_places(self, rays: Indices, ranges: Array, own: RobotOutline, plane: float) -> Array:
         """Find surveyed places that no scanner sees now and that are wide enough for a person.
 
         A place is a square of four neighbouring points, none of them inside the robot. The two legs of a
@@ -88,6 +88,7 @@ class SightGrid:
             rays: numbers of the rays that are shorter than in the surveyed cell (k,).
             ranges: length of each of them (k,), m.
             own: outline of the robot.
+            plane: height of the scan plane in W, m; a hand that reaches down to it fills a place, too.
 
         Returns:
             The points of such places (m, 2), m.
@@ -102,10 +103,12 @@ class SightGrid:
         ids = passes.ids[offsets + np.arange(total)]
         blocked = np.bincount(ids, minlength=len(passes.points))
         hidden = ids[blocked[ids] == self._times_seen[ids]]
+        hidden = np.unique(hidden)
         hidden = hidden[~own.covers(passes.points[hidden])]
+        if len(hidden) and own.reaches_down_to(plane):
+            hidden = hidden[~own.covers_with_links(passes.points[hidden], plane, 0.0)]
         if not len(hidden):
             return _NONE
-        hidden = np.unique(hidden)
         is_hidden = np.zeros(len(passes.points) + passes.columns + 1, dtype=bool)
         is_hidden[hidden] = True
         rows = hidden[(hidden + 1) % passes.columns != 0]

@@ -9,11 +9,12 @@ from aeros.sim.engine.engine import Engine, PlacedBody
 from aeros.sim.engine.overlaps import check_overlaps
 from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.geometry import Camera, Pose, Vector3, add
+from aeros.sim.layouts.camera_checks import Carriage, SeeingCamera
 from aeros.sim.layouts.cameras import camera_in_world, fixed_camera
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.layouts.conditions import SceneState
 from aeros.sim.layouts.placement import place_things
-from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, Marker, SeeingCamera, Survey, markers_of
+from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, Marker, Survey, markers_of
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import RobotOptions
@@ -94,11 +95,15 @@ class PhysicsScene:
                 name,
                 self.camera(name),
                 self.believed_camera(name),
-                self.scene.cameras[name].frame == "cell",
+                self.scene.cameras[name].frame == "cell" or not self._robot.has_carriage,
             )
             for name in self.cameras
         ]
-        surveyed = self._survey.measure(self._world.ticks, cameras, self._is_hidden)
+        carriage = None
+        if self._robot.has_carriage:
+            base, drift = self._robot.true_points()[0], self._robot.odometry.drift
+            carriage = Carriage(base, add(base, (*drift, 0.0)))
+        surveyed = self._survey.measure(self._world.ticks, cameras, self._is_hidden, carriage)
         return {
             variable: surveyed[name] if name in surveyed else self._instrument(name, surveyed)
             for variable, name in self._measured

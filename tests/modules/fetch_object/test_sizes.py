@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from ecms.fetch_object.sizes import BELOW, PALM, TIP, fits_hand, grip_height
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.text.discovery import reference_site_path
+from ecms.fetch_object.sizes import BELOW, LONGEST, PALM, TIP, fits_hand, grip_height
 
 
 def test_palm_and_fingertips_are_clear_of_every_object_that_the_hand_holds() -> None:
@@ -30,3 +33,12 @@ def test_palm_and_fingertips_are_clear_of_every_object_that_the_hand_holds() -> 
 )
 def test_an_object_of_a_wrong_size_does_not_fit(sides: tuple[float, float, float], fits: bool) -> None:
     assert fits_hand(*sides) is fits
+
+
+def test_the_largest_object_is_as_large_as_the_gate_takes_what_is_held_to_be() -> None:
+    """A taller one would hang out of the space that motions keep clear: the palm is over its top."""
+    site = load_site(reference_site_path(), Diagnostics())
+    assert site is not None
+    box = site.volumes["largest_object"]
+    assert float(box.upper[2]) == BELOW
+    assert [float(high - low) for low, high in zip(box.lower, box.upper, strict=True)][:2] == [LONGEST] * 2

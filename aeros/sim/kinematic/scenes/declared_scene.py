@@ -13,11 +13,12 @@ from aeros.sim.geometry import Pose, Vector3, add, to_world, yaw_of
 from aeros.sim.kinematic.objects import CylindricalObject, GraspableObject, ObjectSet, Surface, slab
 from aeros.sim.kinematic.scenes.overlaps import check_overlaps
 from aeros.sim.kinematic.scenes.press import FoldingPress, Handle
+from aeros.sim.layouts.camera_checks import SeeingCamera
 from aeros.sim.layouts.cameras import camera_in_world
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.layouts.conditions import SceneState
 from aeros.sim.layouts.placement import place_things
-from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, SeeingCamera, Survey, markers_of
+from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, Survey, markers_of
 from aeros.sim.pictures.late_picture import LatePicture
 from aeros.sim.pictures.scene_solids import SceneSolids, carriage_solid, decals_of, robot_solids
 from aeros.sim.randomness import RandomSource

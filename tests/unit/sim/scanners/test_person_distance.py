@@ -132,6 +132,18 @@ def test_noise_makes_no_intruder() -> None:
     assert {cell.distance() for _ in range(60)} == {FARTHEST}
 
 
+@pytest.mark.parametrize(("rays", "is_noticed"), [((700,), False), ((700, 702), False), ((700, 701), True)])
+def test_one_ray_alone_is_noise_and_two_side_by_side_meet_somebody(
+    rays: tuple[int, ...], is_noticed: bool
+) -> None:
+    cell = Cell()
+    ranges = cell.scan()
+    ranges[list(rays)] -= 0.5
+    distance = cell.controller.evaluate(ranges, RobotPosture(READY, (0.0, 0.0, 0.0)))
+    assert distance is not None
+    assert (distance < FARTHEST) is is_noticed
+
+
 def test_without_a_carriage_there_is_the_arm_alone() -> None:
     cell = Cell(carriage=False)
     ranges = cell.scan([Disc(0.0, 1.0, 0.2)])

@@ -12,6 +12,7 @@ from aeros.sim.scanners.sight_grid import SPACING, SightGrid
 from aeros.spec.model.sensor_errors import AreaScanners
 from tests.unit.sim.robot.panda import PANDA
 from tests.unit.sim.scanners.cells import READY, scanners_at
+from tests.unit.sim.scanners.test_robot_outline import REACHING_DOWN
 
 ONE = scanners_at((-1.0, 0.0, 0.0))
 TWO = scanners_at((-1.0, 0.0, 0.0), (1.0, 0.0, 180.0))
@@ -20,13 +21,17 @@ WALL = rectangle((0.0, -0.3), (0.1, 0.3))
 
 
 def hidden(
-    scanners: AreaScanners, *more: Section, survey: tuple[Section, ...] = (), own: RobotOutline = NOBODY
+    scanners: AreaScanners,
+    *more: Section,
+    survey: tuple[Section, ...] = (),
+    own: RobotOutline = NOBODY,
+    plane: float = -0.1,
 ) -> Array:
     fan = ray_fan(scanners)
     taught = cast(fan, np.full(len(fan.origins), scanners.range), survey)
     ranges = cast(fan, taught, more)
     shorter = np.flatnonzero(ranges < taught - 0.1)
-    return SightGrid(scanners, taught).hidden_places(shorter, ranges[shorter], own)
+    return SightGrid(scanners, taught).hidden_places(shorter, ranges[shorter], own, plane)
 
 
 def test_places_behind_a_wall_are_hidden() -> None:
@@ -56,6 +61,18 @@ def test_the_robot_itself_is_no_place_for_a_person() -> None:
     carriage = rectangle((0.0, -0.225), (0.5, 0.225))
     assert not robot.covers(hidden(ONE, carriage, own=robot)).any()
     assert robot.covers(hidden(ONE, carriage)).any()
+
+
+def test_a_hand_that_reaches_down_to_the_plane_is_no_place_for_a_person() -> None:
+    """It hides what is inside it, as the carriage does."""
+    low = RobotOutline(PANDA, REACHING_DOWN, (0.0, 0.0, 0.0), carriage=False)
+    links = rectangle((0.4, -0.12), (0.6, 0.12))
+    under = hidden(ONE, links)
+    filled = low.covers_with_links(under, -0.1, 0.0)
+    assert filled.any()
+    assert not low.covers_with_links(hidden(ONE, links, own=low), -0.1, 0.0).any()
+    # Over the plane it fills nothing.
+    assert len(hidden(ONE, links, own=low, plane=-2.0)) == len(under)
 
 
 @pytest.mark.parametrize("turn", np.linspace(0.0, np.pi / 2, 7))

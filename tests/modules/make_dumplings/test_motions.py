@@ -1,0 +1,142 @@
+"""Motions of make_dumplings for one observation: what fingers miss is gripped once more in another way."""
+
+from __future__ import annotations
+
+import runpy
+from math import pi
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from aeros.skill import Action, Observation
+
+skills = SimpleNamespace(**runpy.run_module("ecms.make_dumplings.skills"))
+"""The skills' code, which stays unimported as other tests run it."""
+
+PACE = 0.45
+PRESS, TRAY, STAND = (0.52, 0.0, 0.03), (0.43, -0.28, 0.02), (0.36, 0.24, 0.02)
+KNOWN: dict[str, Any] = {
+    "base_position": (0.0, 0.0, 0.0),
+    "tool_position": (0.3, 0.0, 0.45),
+    "press_position": PRESS,
+    "press_handle_position": (0.45, 0.0, 0.041),
+    "pot_position": (0.55, 0.33, 0.06),
+    "press_free": True,
+    "wrapper_position": TRAY,
+    "wrapper_yaw": 0.1,
+    "wrapper_has_room": True,
+    "filling_position": STAND,
+    "filling_yaw": 0.2,
+    "filling_has_room": True,
+    "filling_free_across": True,
+    "dough_on_workspace": False,
+    "filling_on_workspace": False,
+    "dumpling_wrapped": False,
+    "holding": False,
+    "finger_gap": 0.08,
+}
+"""Observation of a bench with a wrapper on its tray and a filling on its stand."""
+
+
+def actions(skill: str, misses: int, **more: Any) -> list[Action]:
+    """Drive a skill that sees the same all the time; fingers hold what is there, but for the first times."""
+    now: Observation = {**KNOWN, **more}
+    body = getattr(skills, skill)(now, {"hand_speed": PACE})
+    done: list[Action] = []
+    closed = 0
+    try:
+        action = next(body)
+        while True:
+            done.append(action)
+            values = dict(now)
+            if action.kind == "move_tool":
+                values["tool_position"] = action.parameters["target"]
+            elif action.kind == "grip":
+                width = action.parameters["width"]
+                is_closing = width not in (skills.OPEN, skills.HALF_OPEN)
+                closed += is_closing
+                values["holding"] = is_closing and closed > misses
+                values["finger_gap"] = width + (0.01 if values["holding"] else 0.0)
+            now = values
+            action = body.send(now)
+    except StopIteration:
+        return done
+
+
+def grips(done: list[Action]) -> list[tuple[float, float, float]]:
+    """Height and yaw of the tool, and width, each time that its fingers close."""
+    return [
+        (done[at - 1].parameters["target"][2], done[at - 1].parameters["yaw"], one.parameters["width"])
+        for at, one in enumerate(done)
+        if one.kind == "grip" and one.parameters["width"] not in (skills.OPEN, skills.HALF_OPEN)
+    ]
+
+
+def test_a_wrapper_that_the_fingers_miss_is_gripped_once_more_deeper_and_narrower() -> None:
+    first, second, *_ = grips(actions("prepare", misses=1))
+    assert first == pytest.approx((0.02, 0.1, skills.WRAPPER_GRIP))
+    assert second == pytest.approx((0.018, 0.1, skills.BLOCKER_GRIP))
+
+
+@pytest.mark.parametrize(
+    ("across", "second"), [(True, (0.023, 0.2 - pi / 2.0)), (False, (0.021, 0.2))], ids=["turned", "deeper"]
+)
+def test_a_filling_that_the_fingers_miss_is_gripped_once_more(
+    across: bool, second: tuple[float, float]
+) -> None:
+    done = actions("prepare", misses=1, dough_on_workspace=True, filling_free_across=across)
+    assert grips(done) == [
+        pytest.approx((0.023, 0.2, skills.FILLING_GRIP)),
+        pytest.approx((*second, skills.FILLING_GRIP)),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("skill", "more"),
+    [
+        ("prepare", {}),
+        ("prepare", {"dough_on_workspace": True}),
+        ("boil", {"dumpling_wrapped": True}),
+    ],
+    ids=["wrapper", "filling", "dumpling"],
+)
+def test_things_that_are_missed_twice_are_put_nowhere(skill: str, more: dict[str, Any]) -> None:
+    done = actions(skill, misses=9, **more)
+    # With a wrapper that is missed there is still a filling, which nobody puts anywhere either.
+    assert len(grips(done)) == (4 if skill == "prepare" and not more else 2)
+    assert all(one.kind != "wait" for one in done)
+    places = [one.parameters["target"][:2] for one in done if one.kind == "move_tool"]
+    assert PRESS[:2] not in places
+    assert KNOWN["pot_position"][:2] not in places
+
+
+def test_a_wrapper_that_is_missed_on_the_press_is_slid_only_after_a_second_grip() -> None:
+    on_press = (PRESS[0] + 0.02, PRESS[1], PRESS[2])
+    done = actions("recover", misses=1, wrapper_position=on_press)
+    first, second = grips(done)
+    assert (first[0], second[0]) == pytest.approx((0.03, 0.028))
+    assert second[2] == skills.BLOCKER_GRIP
+
+
+def test_a_blocker_that_is_missed_is_gripped_deeper_and_not_put_aside() -> None:
+    blocked = {
+        "press_free": False,
+        "blocker_position": PRESS,
+        "blocker_yaw": 0.0,
+        "blocker_is_filling": False,
+        "aside_place": (0.4, 0.1, 0.02),
+    }
+    done = actions("prepare", misses=9, **blocked)
+    assert [height for height, _, width in grips(done) if width == skills.BLOCKER_GRIP][:3] == pytest.approx(
+        [0.03, 0.028, 0.026]
+    )
+    aside = [one for one in done if one.kind == "move_tool" and one.parameters["target"][:2] == (0.4, 0.1)]
+    assert not aside
+
+
+@pytest.mark.parametrize(("misses", "heights"), [(0, [0.041]), (1, [0.041, 0.039])])
+def test_a_handle_that_the_fingers_miss_is_gripped_deeper(misses: int, heights: list[float]) -> None:
+    done = actions("wrap", misses=misses, wrapper_position=PRESS)
+    found = [height for height, _, width in grips(done) if width == skills.HANDLE_GRIP]
+    assert found == pytest.approx(heights)
