@@ -20,6 +20,7 @@ from aeros.apps.watchdog.resumable_run import delete_run_options, end_plant, end
 from aeros.apps.why.causal_chain import RunLog
 from aeros.cli.arguments import print_warning
 from aeros.cli.latest_run import save_latest_run
+from aeros.cli.records.dataset import RunDataset
 from aeros.cli.records.film import write_film
 from aeros.cli.records.report import write_report
 from aeros.cli.run.help_question import help_asker
@@ -63,6 +64,7 @@ class RunRequest(NamedTuple):
         meaning: The requests of the instruction.
         goal: Goal that replaces the task's; None to keep it.
         signing: Signs the audit log; None for no signatures.
+        dataset: Gets the run as an episode; None for none.
     """
 
     governor: Governor
@@ -71,6 +73,7 @@ class RunRequest(NamedTuple):
     meaning: Understanding
     goal: ActionCondition | None
     signing: SigningConfiguration | None
+    dataset: RunDataset | None = None
 
 
 def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
@@ -95,6 +98,8 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
             RunGovernor(request.governor, notifier) as governor,
             open_agent(setup, recorded, governor) as (_, agent, gate),
         ):
+            if drawn := dict(staged.extras.drawn):
+                recorded.audit.append("scene-randomised", {"seed": arguments.seed, "drawn": drawn})
             save_latest_run(arguments.state, out)
             governor.on_command = partial(_apply_command, agent)
             notifier.send(READY)
@@ -113,6 +118,10 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
             is_over = True
     seconds = time.perf_counter() - began
     code = _report_run(staged, request, report, simulated, seconds, recorded.feed, gate.tally, judgement)
+    if request.dataset is not None:
+        is_true = None if judgement is None else judgement.true
+        is_success = report.reached if is_true is None else is_true
+        request.dataset.add(staged.out, arguments, staged.extras.drawn, is_success=is_success)
     # Last of all, and by the supervisor if there is one: until then another process can report the end.
     if is_over and not arguments.supervised:
         delete_run_options(arguments.state)
@@ -140,6 +149,7 @@ def _setup(staged: PlantSetup, request: RunRequest, referee: RunReferee) -> Sess
         purpose=arguments.instruction,
         plant_name=arguments.plant,
         is_resumed=arguments.resume,
+        listeners=() if request.dataset is None else (request.dataset.recorder,),
     )
 
 
