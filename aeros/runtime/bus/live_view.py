@@ -1,8 +1,9 @@
 """Live view of a run: a WebSocket server on this host that Foxglove and other viewers read.
 
 Topics carry the same CDR as a bag.  The server offers no services, no parameters and no topics for clients to
-publish on, so nobody can request anything through it.  The only importer of `foxglove`, which the extra `live`
-provides.
+publish on, so nobody can request anything through it.
+
+The only importer of `foxglove`, which the extra `live` provides.
 """
 
 from __future__ import annotations

@@ -102,7 +102,7 @@ def test_a_port_in_use_is_refused_with_a_cure() -> None:
 def test_without_the_server_the_error_names_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "aeros.runtime.bus.live_view", None)
     with (
-        pytest.raises(BagOutputError, match=r"^--live needs `pip install 'aeros\[live\]'`"),
+        pytest.raises(BagOutputError, match=r"^--live needs `pip install '\.\[live\]'`"),
         open_live_view(0, SITE, None),
     ):
         pass
