@@ -82,9 +82,9 @@ def test_unknown_names_are_errors_that_name_the_known_ones(tmp_path: Path) -> No
             await client.read_resource("aeros://nothing")
         with pytest.raises(mcp.MCPError, match="there are carry_out"):
             await client.get_prompt("nothing", {})
-        found = await client.call_tool("sate", {})
+        found = await client.call_tool("statx", {})
         assert (found.is_error, found.content[0].text) == (
-            True, "there is no tool `sate`; did you mean `state`?",
+            True, "there is no tool `statx`; did you mean `state`?",
         )  # fmt: skip
 
     with cell(dumplings(), tmp_path, FREE) as one:
