@@ -27,6 +27,7 @@ EXTRAS: Final = {
     "kinematic": "robots without physics: `aeros run --plant kinematic`",
     "learned": "modules with networks",
     "learned-proof": "proofs about networks that intervals leave open",
+    "live": "a live view of runs: `aeros run --live`",
     "llm": "language models: `aeros run --planner llm`",
     "mcp": "MCP clients: `aeros mcp`",
     "mujoco": "physics by MuJoCo: `aeros run --plant mujoco`",

@@ -38,11 +38,11 @@ from aeros.runtime.isolation.run_factory import SkillRunFactory
 from aeros.runtime.perception.open_perceiver import open_by_policy, open_in_process
 from aeros.runtime.perception.perceiver_run import OpenPerceiver
 from aeros.runtime.perception.perceiving_plant import PerceivingPlant
-from aeros.runtime.ports import Plant
+from aeros.runtime.ports import Plant, Runtime
 from aeros.runtime.records.failed_measurements import RecordEvent, failure_text
 from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.runtime.tools.tool_plant import ToolPlant
-from aeros.session.bag import open_bag
+from aeros.session.bag import open_bag, open_live_view
 from aeros.session.plant_vocabulary import require_declared_measurements, require_known_actions
 from aeros.session.resource_meter import ResourceMeter
 from aeros.session.setup import AUDIT, open_isolated_skills
@@ -68,6 +68,7 @@ class SessionSetup:
         signing: Signs the audit log; None for no signatures.
         bag: A new folder for a ROS 2 bag; None for none.
         mcap: A new MCAP file; None for none.
+        live: Port of a live view on 127.0.0.1; None for none.
         listeners: Further listeners to measurements.
         planner: Proposes plans; None for the planning rules of the manifest.
         planning_timeout: Seconds for each plan, while the plant's clock runs on; None to plan synchronously.
@@ -75,6 +76,7 @@ class SessionSetup:
         purpose: Text that names the session to other processes that ask for the state folder.
         plant_name: Name of the plant; the agent's results on plants of other names are no evidence.
         is_resumed: True to continue the session in the audit log in `out`.
+        wrap_runtime: Wraps the executor for the agent, for example to cancel its steps from another thread.
     """
 
     configuration: Configuration
@@ -88,6 +90,7 @@ class SessionSetup:
     signing: SigningConfiguration | None = None
     bag: Path | None = None
     mcap: Path | None = None
+    live: int | None = None
     listeners: Sequence[MeasurementListener] = ()
     planner: Planner | None = None
     planning_timeout: float | None = None
@@ -95,6 +98,7 @@ class SessionSetup:
     purpose: str = ""
     plant_name: str = ""
     is_resumed: bool = False
+    wrap_runtime: Callable[[Executor], Runtime] = lambda executor: executor
 
 
 class RecordedPlant(NamedTuple):
@@ -224,11 +228,12 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
     with (
         open_isolated_skills(setup.configuration, setup.warn) as skills,
         open_bag(setup.bag, setup.mcap, site) as feed,
+        open_live_view(setup.live, site, setup.stream) as live,
         AuditLog(
             setup.out / AUDIT,
             durability=site.durability,
             signing=setup.signing,
-            listener=None if feed is None else feed.on_record,
+            listener=_record_listener(feeds := [one for one in (feed, live) if one is not None]),
         ) as audit,
         TraceWriter(setup.out / TRACE, setup.stream) as trace,
         SampleWriter(
@@ -240,8 +245,20 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
     ):
         require_declared_measurements(plant, site)
         require_known_actions(plant, setup.configuration)
-        recorders = (samples,) if feed is None else (samples, feed)
-        yield RecordedPlant(plant, audit, skills, meter, observe, feed, (*recorders, *setup.listeners))
+        listeners: tuple[MeasurementListener, ...] = (samples, *feeds, *setup.listeners)
+        yield RecordedPlant(plant, audit, skills, meter, observe, feed, listeners)
+
+
+def _record_listener(feeds: Sequence[BusFeed]) -> Callable[[bytes], None] | None:
+    """Return the function that passes records to all feeds; None if there are none."""
+    if not feeds:
+        return None
+
+    def on_record(line: bytes) -> None:
+        for feed in feeds:
+            feed.on_record(line)
+
+    return on_record
 
 
 @contextmanager
@@ -274,18 +291,19 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         observe=observe,
         is_resumed=setup.is_resumed,
         # A recording or a client may read every value.
-        perceives_all=recorded.feed is not None or bool(setup.listeners),
+        perceives_all=recorded.feed is not None or setup.live is not None or bool(setup.listeners),
     ) as executor:
         recorded.audit.append("isolation", recorded.skills.audit_details())
         _warn_of_lost_memory(setup)
         name, timeout, planner = configuration.site.id, setup.planning_timeout, setup.planner
+        runtime = setup.wrap_runtime(executor)
         opened = (
-            open_temporary_agent(name, executor, planner, observe, setup.seed, timeout)
+            open_temporary_agent(name, runtime, planner, observe, setup.seed, timeout)
             if setup.state is None
             else start_agent(
                 setup.state,
                 name,
-                executor,
+                runtime,
                 planner,
                 observe,
                 setup.seed,

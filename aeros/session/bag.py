@@ -1,11 +1,11 @@
-"""Record a run as ROS 2 messages in a bag or an MCAP file; their writer is imported only if requested."""
+"""Record a run as ROS 2 messages, or show them live; writer and server are imported only if requested."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Final
+from typing import Final, TextIO
 
 from aeros.distribution import install_command
 from aeros.runtime.bus.feed import BusFeed
@@ -15,7 +15,7 @@ _NOUN: Final = {"--bag": "folder", "--mcap": "file"}
 
 
 class BagOutputError(Exception):
-    """A bag or MCAP file that cannot be written; the message says why and what to do."""
+    """A recording or live view that cannot be opened; the message says why and what to do."""
 
 
 @contextmanager
@@ -50,3 +50,35 @@ def open_bag(folder: Path | None, file: Path | None, site: Site) -> Iterator[Bus
             yield feed
     except BagError as failure:
         raise BagOutputError(str(failure)) from failure
+
+
+@contextmanager
+def open_live_view(port: int | None, site: Site, stream: TextIO | None) -> Iterator[BusFeed | None]:
+    """Open a feed to viewers, which never makes the run wait, until the block ends.
+
+    Args:
+        port: Port of 127.0.0.1; 0 for any free one, None for no live view.
+        site: The site that declares the measured vocabulary.
+        stream: Stream that the address is printed to; None to print nothing.
+
+    Yields:
+        The feed; None if `port` is None.
+
+    Raises:
+        BagOutputError: The port is in use, or the extra `live` is missing.
+    """
+    if port is None:
+        yield None
+        return
+    try:
+        from aeros.runtime.bus.live_view import LiveView, LiveViewError
+    except ImportError as error:
+        raise BagOutputError(f"--live needs {install_command('live')} ({error.name} is missing)") from error
+    try:
+        view = LiveView(port, site)
+    except LiveViewError as refusal:
+        raise BagOutputError(f"{refusal}; give another port with --live") from refusal
+    with view, BusFeed(view, site) as feed:
+        if stream is not None:
+            print(f"live       {view.url}", file=stream, flush=True)
+        yield feed

@@ -43,11 +43,14 @@ class Approval:
         id: Id of the request, eight hexadecimal digits.
         approved_by: Name of the operator.
         approved_at: Time of the approval, seconds since 1970.
+        is_verified: True if it came from someone who can write the agent's folder; False if a client says
+            that its user approved, which nothing verifies.
     """
 
     id: str
     approved_by: str
     approved_at: float
+    is_verified: bool = True
 
 
 class Approvals:
@@ -109,6 +112,22 @@ class Approvals:
             return None
         return Approval(str(id_), str(found.get("by")), found["at"])
 
+    def consume_claimed(self, id_: str | None, claimed_by: str) -> Approval | None:
+        """Use a request that a client's user approved, as the client says.
+
+        Args:
+            id_: Id of the request; None for no request.
+            claimed_by: Text that names the client.
+
+        Returns:
+            The approval; None if the request is not pending, or the operator has rejected it.
+        """
+        self._remove_expired()
+        if id_ not in self._waiting or self.is_rejected(id_):
+            return None
+        self.withdraw(str(id_))
+        return Approval(str(id_), claimed_by, time.time(), is_verified=False)
+
     def is_rejected(self, id_: str | None) -> bool:
         """Check if a request can no longer be approved.
 
@@ -120,6 +139,17 @@ class Approvals:
         """
         self._remove_expired()
         return id_ is not None and not (self._folder / f"{id_}.json").exists()
+
+    def is_decided(self, id_: str | None) -> bool:
+        """Check if the operator has approved or rejected a request.
+
+        Args:
+            id_: Id of the request; None for no request.
+
+        Returns:
+            True if the operator has, or the request expired.
+        """
+        return self.is_rejected(id_) or (self._folder / f"{id_}.approved").exists()
 
     def withdraw(self, id_: str) -> None:
         """Delete a request and its approval.

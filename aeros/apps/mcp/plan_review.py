@@ -30,10 +30,12 @@ class ClientPlan:
     Attributes:
         steps: Its steps, which run in this order.
         goal: Condition that must hold after them.
+        routed: The task whose invariants hold meanwhile.
     """
 
     steps: tuple[ProposedStep, ...]
     goal: ActionCondition
+    routed: RoutedTask
 
     @property
     def graph(self) -> TaskGraph:
@@ -60,7 +62,7 @@ class ClientPlanChecker:
 
         Args:
             plan: The client's plan.
-            routed: The task that the robot is set up for.
+            routed: The task, as the agent pursues it now.
             world: The measured state from which the plan would start.
             modules: The active modules by id.
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from aeros.agent.agent import Agent
+from aeros.agent.execution.journal import AgentEvent
 from aeros.agent.execution.report import RunReport
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph
@@ -19,6 +21,8 @@ from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.ports import Reading, Readings, Runtime
 from aeros.session.robot_thread import RobotThread
 from aeros.spec.model.ecm import Ecm
+
+_STEP_EVENTS: Final = frozenset(("step-started", "step-ended"))
 
 
 class PlanWithdrawnError(Exception):
@@ -76,15 +80,43 @@ class PlanExecution:
 
     Attributes:
         plan: Id of the plan.
+        client: The client that started it, by the name that it gives itself.
+        step_count: Number of its steps.
         report: The agent's report; None while it runs or after an exception.
         failure: Text of the exception that ended it; None if there was none.
         ended: Set when the execution has ended.
+        cancel_reason: Text once it is cancelled; None before.
+        attended_at: Real time at which a client last waited for it (s), of `time.monotonic`.
+        progress: Steps that have ended, plus a half for each that has begun, and text of the latest event.
     """
 
     plan: str
+    client: str = ""
+    step_count: int = 0
     report: RunReport | None = None
     failure: str | None = None
     ended: threading.Event = field(default_factory=threading.Event)
+    cancel_reason: str | None = None
+    attended_at: float = field(default_factory=time.monotonic)
+    progress: tuple[float, str] = (0.0, "")
+
+    def on_event(self, event: AgentEvent) -> None:
+        """Count a step that begins or ends.
+
+        Args:
+            event: An event of the agent.
+        """
+        if event.kind in _STEP_EVENTS:
+            self.progress = self.progress[0] + 0.5, event.text
+
+    def cancel(self, reason: str) -> None:
+        """Bring the motion to rest and end the plan; any thread may call it, the first reason stays.
+
+        Args:
+            reason: Text for report and audit log.
+        """
+        if self.cancel_reason is None:
+            self.cancel_reason = reason
 
 
 class LatestMeasurements:
@@ -117,12 +149,45 @@ class LatestMeasurements:
             return self._now, dict(self._readings)
 
 
+class McpEvents:
+    """Events of the agent for the plan in execution, and that plan's cancellation for the agent.
+
+    Attributes:
+        robot: The robot's thread; None until it runs.
+    """
+
+    def __init__(self) -> None:
+        self.robot: McpRobotThread | None = None
+
+    def on_event(self, event: AgentEvent) -> None:
+        """Pass an event of the agent to the plan in execution.
+
+        Args:
+            event: The event.
+        """
+        running = self._running()
+        if running is not None:
+            running.on_event(event)
+
+    def cancel_reason(self) -> str | None:
+        """Return the reason for which the plan in execution is cancelled.
+
+        Returns:
+            The text; None if it is not cancelled, or nothing is executed.
+        """
+        running = self._running()
+        return None if running is None else running.cancel_reason
+
+    def _running(self) -> PlanExecution | None:
+        running = None if self.robot is None else self.robot.running
+        return None if running is None or running.ended.is_set() else running
+
+
 class McpRobotThread(RobotThread[RobotParts]):
     """Robot thread that executes plans of clients.
 
     Args:
         open_parts: Context manager of the robot's parts; it is entered and left in the thread.
-        instruction: Names the task that the robot is set up for.
         halt: Stops all motion permanently.
 
     Attributes:
@@ -132,10 +197,8 @@ class McpRobotThread(RobotThread[RobotParts]):
     def __init__(
         self,
         open_parts: Callable[[], AbstractContextManager[RobotParts]],
-        instruction: str,
         halt: Callable[[], None],
     ) -> None:
-        self._instruction = instruction
         self._halt = halt
         self.running: PlanExecution | None = None
         super().__init__(open_parts)
@@ -169,18 +232,23 @@ class McpRobotThread(RobotThread[RobotParts]):
         Returns:
             The execution, which goes on in the thread.
         """
-        running = self.running = PlanExecution(name)
+        running = self.running = PlanExecution(name, str(details.get("client", "")), len(plan.steps))
 
         def follow(parts: RobotParts) -> None:
             try:
                 parts.runtime.note("mcp-plan-started", details)
                 parts.planner.plan_to_follow = plan
-                running.report = parts.agent.run(self._instruction, goal=plan.goal)
+                running.report = parts.agent.run(plan.routed.instruction, goal=plan.goal)
             except BaseException as failure:
                 running.failure = f"{type(failure).__name__}: {failure}"
                 raise
             finally:
-                running.ended.set()
+                try:
+                    if running.cancel_reason is not None:
+                        cancelled = {"plan": name, "reason": running.cancel_reason}
+                        parts.runtime.note("mcp-plan-cancelled", cancelled)
+                finally:
+                    running.ended.set()
 
         self.call(follow)
         return running

@@ -48,6 +48,12 @@ SCHEMAS: Final[Mapping[str, Mapping[str, Any]]] = {
     "state": {},
     "propose_plan": {
         "steps": {"type": "array", "items": _STEP, "minItems": 1},
+        "task": {
+            "type": "string",
+            "description": "the task, as in `make_dumplings.make_dumplings` or `make dumplings`; list_skills "
+            "names all tasks. Its invariants hold, and its goal is reached unless `goal` says another. The "
+            "server's own task if absent, if it has one",
+        },
         "goal": {"type": "string", "description": "a condition over the state; the task's goal if absent"},
     },
     "execute_plan": {

@@ -71,6 +71,8 @@ def _format_request(one: Mapping[str, Any]) -> str:
     asked = one.get("asked")
     ago = f", {time.time() - asked:.0f} s ago" if type(asked) is float else ""
     lines = [f"{one.get('id')}  {one.get('what')}, requested by {one.get('client')}{ago}"]
+    if one.get("task"):
+        lines.append(f"    for {one['task']}")
     steps = one.get("steps")
     for step in steps if type(steps) is list else []:
         given = step.get("inputs") if type(step) is dict else None

@@ -94,6 +94,7 @@ examples:
   aeros run "fetch the object" --people across_the_room
   aeros run "make dumplings" --faults wrapper_bumped --seed 4
   aeros run "make dumplings" --film dumplings.mp4 --mcap dumplings.mcap
+  aeros run "make dumplings" --live
   aeros run "make dumplings" --view --no-film
   aeros run "make dumplings" --people at_the_bench --report
   aeros run "fetch the object" --scene shelf_behind
@@ -105,6 +106,9 @@ examples:
   aeros run "make dumplings" --anchor /mnt/other/demo.anchor
 """
 
+
+LIVE_PORT: Final = 8765
+"""Port of `--live` if none is given; Foxglove tries it first."""
 
 _AGENT_EXIT_TIMEOUT_S: Final = 30.0
 """Seconds to wait for an earlier agent to end."""
@@ -200,6 +204,14 @@ def add_to(commands: Subparsers) -> None:
         help="record the same in this new MCAP file, for example for Foxglove",
     )
     parser.add_argument(
+        "--live",
+        nargs="?",
+        type=_port,
+        const=LIVE_PORT,
+        metavar="PORT",
+        help=f"show the run to Foxglove and other viewers at this port of 127.0.0.1 (default: {LIVE_PORT})",
+    )
+    parser.add_argument(
         "--people",
         metavar="FILE|NAME",
         help="simulated people: a people file or a shipped name (physics)",
@@ -288,6 +300,12 @@ def _count(text: str) -> int:
     return int(text)
 
 
+def _port(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or int(text) > 65_535:
+        raise argparse.ArgumentTypeError("expected a port from 0 to 65535; an instruction goes before --live")
+    return int(text)
+
+
 def _seconds(text: str) -> float:
     try:
         seconds = float(text)
@@ -336,8 +354,8 @@ def _run_watchdog(arguments: argparse.Namespace) -> Exit:
         UsageError: An option cannot be combined with --watchdog.
         AgentError: The agent is in quarantine.
     """
-    if arguments.bag is not None or arguments.mcap is not None:
-        raise UsageError("--bag and --mcap cannot be combined with --watchdog")
+    if arguments.bag is not None or arguments.mcap is not None or arguments.live is not None:
+        raise UsageError("--bag, --mcap and --live cannot be combined with --watchdog")
     if arguments.dataset is not None or arguments.randomise:
         raise UsageError("--dataset and --randomise cannot be combined with --watchdog")
     with lock_folder(arguments.state / "watchdog", arguments.instruction):

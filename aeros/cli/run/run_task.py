@@ -143,6 +143,7 @@ def _setup(staged: PlantSetup, request: RunRequest, referee: RunReferee) -> Sess
         signing=request.signing,
         bag=arguments.bag,
         mcap=arguments.mcap,
+        live=arguments.live,
         planner=request.planner,
         planning_timeout=planning_timeout(arguments, request.planner),
         seed=arguments.seed,

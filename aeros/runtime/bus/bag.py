@@ -1,26 +1,21 @@
 """Writers of ROS 2 bags and single MCAP files: publishers that store messages in ROS 2's own encoding.
 
-The only importer of `rosbags`, which the extra `ros` provides.
+With `cdr.py` the only importer of `rosbags`, which the extra `ros` provides.
 """
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
-from typing import Any, Final, Generic, Self, get_type_hints
+from typing import Final, Generic, Self
 
-import numpy as np
-from msgspec.structs import replace
 from rosbags.interfaces import Connection
-from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer, WriterError
 
-from aeros.runtime.bus.messages import Message, Time
+from aeros.runtime.bus.cdr import CdrEncoder, plant_nanoseconds
+from aeros.runtime.bus.messages import Message
 from aeros.runtime.bus.port import M
 
-_AEROS_MESSAGES: Final = Path(__file__).parent / "aeros_msgs" / "msg"
 _VERSION: Final = 9  # version of a bag's metadata: that of ROS 2 Jazzy
 
 
@@ -33,6 +28,8 @@ class Bag:
 
     Each message is stored under its own time stamp, on the plant's clock. Not thread-safe.
 
+    A topic is in the bag from its first message on, so no topic is empty. Chunks are compressed with zstd.
+
     Args:
         folder: must not exist yet.
 
@@ -41,32 +38,31 @@ class Bag:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._store = get_typestore(Stores.ROS2_HUMBLE)
-        for path in sorted(_AEROS_MESSAGES.glob("*.msg")):
-            text = path.read_text(encoding="utf-8")
-            self._store.register(get_types_from_msg(text, f"aeros_msgs/msg/{path.stem}"))
+        self._encoder = CdrEncoder()
         self._topics: dict[str, Connection] = {}
         try:
             self._writer = Writer(folder, version=_VERSION, storage_plugin=StoragePlugin.MCAP)
+            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
             self._writer.open()
         except (OSError, WriterError) as failure:
             raise BagError(f"a bag cannot be created in `{folder}`: {failure}") from failure
 
     def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> _Recorder[M]:
         """Implement `PublisherFactory.publisher`; ignores `latched`."""
-        if topic not in self._topics:
-            self._topics[topic] = self._writer.add_connection(topic, kind.ros, typestore=self._store)
         return _Recorder(self, topic)
 
     def write_message(self, topic: str, message: Message) -> None:
         """Store a message.
 
         Args:
-            topic: one for which `publisher` was called.
+            topic: absolute ROS 2 name.
             message: of the topic's type.
         """
-        data = self._store.serialize_cdr(_to_numpy_fields(message), message.ros)
-        self._writer.write(self._topics[topic], _nanoseconds(message), data)
+        if topic not in self._topics:
+            self._topics[topic] = self._writer.add_connection(
+                topic, message.ros, typestore=self._encoder.store
+            )
+        self._writer.write(self._topics[topic], plant_nanoseconds(message), self._encoder.encode(message))
 
     def close(self) -> None:
         """Finish the bag.
@@ -127,38 +123,3 @@ class _Recorder(Generic[M]):
     def publish(self, message: M) -> None:
         """Implement `port.Publisher.publish`."""
         self._bag.write_message(self._topic, message)
-
-
-def _to_numpy_fields(message: Message) -> Message:
-    """Return `message` for `rosbags`, which reads fields of any object: number sequences as NumPy arrays."""
-    numbers = {
-        name: np.array(getattr(message, name), np.float64) for name in _number_sequence_fields(type(message))
-    }
-    return replace(message, **numbers) if numbers else message
-
-
-@cache
-def _number_sequence_fields(kind: type[Message]) -> frozenset[str]:
-    """Return the names of fields that are sequences of numbers."""
-    hints = get_type_hints(kind)
-    return frozenset(name for name in kind.__struct_fields__ if hints[name] == tuple[float, ...])
-
-
-def _nanoseconds(message: Message) -> int:
-    """Return the first time stamp in the message, ns on the plant's clock; 0 if it has none.
-
-    A late sensor's first value is older than the clock, and no file has negative times.
-    """
-    when = next(_stamps(message), Time())
-    return max(0, when.sec * 10**9 + when.nanosec)
-
-
-def _stamps(value: Any) -> Iterator[Time]:
-    if isinstance(value, Time):
-        yield value
-    elif isinstance(value, Message):
-        for name in value.__struct_fields__:
-            yield from _stamps(getattr(value, name))
-    elif isinstance(value, tuple):
-        for part in value:
-            yield from _stamps(part)

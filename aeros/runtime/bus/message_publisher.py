@@ -21,14 +21,17 @@ from aeros.runtime.bus.messages import (
     DecisionMessage,
     Event,
     JointState,
+    LogMessage,
     PointStamped,
+    String,
     TFMessage,
     Time,
     stamp,
 )
 from aeros.runtime.bus.names import check_ros_name
 from aeros.runtime.bus.port import M, Publisher, PublisherFactory
-from aeros.runtime.bus.record_messages import parse_record
+from aeros.runtime.bus.record_messages import log_message, parse_record
+from aeros.runtime.bus.robot_description import robot_description
 from aeros.runtime.bus.transforms import chain_transforms
 from aeros.runtime.ports import Readings, RobotBody, Vec3
 from aeros.spec.model.site import Site
@@ -76,6 +79,9 @@ class MessagePublisher:
         self._transforms = _ChangePublisher(bus.publisher("/tf", TFMessage))
         self._events = bus.publisher("/aeros/events", Event)
         self._decisions = bus.publisher("/aeros/decisions", DecisionMessage)
+        self._log = bus.publisher("/aeros/log", LogMessage)
+        self._description = bus.publisher("/robot_description", String, latched=True)
+        self._described: RobotBody | None = None
 
     def publish_record(self, line: bytes) -> None:
         """Publish a record; a decision also goes to `/aeros/decisions`.
@@ -88,6 +94,9 @@ class MessagePublisher:
             self._events.publish(event)
             if decision is not None:
                 self._decisions.publish(decision)
+            text = log_message(line, self._last)
+            if text is not None:
+                self._log.publish(text)
 
     def publish_state(self, readings: Readings, chain: RobotChain) -> None:
         """Publish measurements and the transforms of the robot's chain.
@@ -120,6 +129,9 @@ class MessagePublisher:
             return
         name, joints = self._chain_joints
         if name in readings:
+            if chain.body is not self._described:
+                self._described = chain.body
+                self._description.publish(String(robot_description(chain.body, joints)))
             q, time = readings[name].value, readings[name].time
             self._transforms.publish(chain_transforms(chain.body, chain.base, joints, q, stamp(time)))
 

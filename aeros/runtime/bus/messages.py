@@ -12,6 +12,7 @@ from typing import Annotated, ClassVar, Final
 from msgspec import Meta, Struct
 
 Int32 = Annotated[int, Meta(ge=-(2**31), lt=2**31)]
+Uint8 = Annotated[int, Meta(ge=0, lt=2**8)]
 Uint32 = Annotated[int, Meta(ge=0, lt=2**32)]
 Uint64 = Annotated[int, Meta(ge=0)]
 Nanoseconds = Annotated[int, Meta(ge=0, lt=10**9)]
@@ -339,3 +340,24 @@ class ExecuteSkillResult(Message, frozen=True):
     allowed: Uint32 = 0
     attenuated: Uint32 = 0
     denied: Uint32 = 0
+
+
+class LogMessage(Message, frozen=True):
+    """Line of a log, as viewers show it.
+
+    Attributes:
+        stamp: time of the event.
+        level: 20 for information, 30 for a warning, 40 for an error.
+        name: name of the source.
+        msg: text.
+        file, function, line: place in a program; empty and 0 here.
+    """
+
+    ros = "rcl_interfaces/msg/Log"
+    stamp: Time = Time()
+    level: Uint8 = 20
+    name: str = ""
+    msg: str = ""
+    file: str = ""
+    function: str = ""
+    line: Uint32 = 0

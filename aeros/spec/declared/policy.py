@@ -160,11 +160,12 @@ class McpPolicy:
     """
 
     span: SourceSpan
-    execute: ChoiceField[Literal["approval", "allowed", "denied"]] | None = field(
+    execute: ChoiceField[Literal["approval", "elicitation", "allowed", "denied"]] | None = field(
         default=None,
         metadata={
-            "doc": "execution of verified plans: after the operator's `aeros approve` (if absent), on the "
-            "client's request, or never; as in `execute: denied`"
+            "doc": "execution of verified plans: after the operator's `aeros approve` (if absent), also "
+            "after a yes of the client's user, which the client could forge, on the client's request, or "
+            "never; as in `execute: denied`"
         },
     )
     most_steps: Annotated[IntegerField, ValueBounds(1, 100)] | None = field(

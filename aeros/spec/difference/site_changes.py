@@ -282,7 +282,7 @@ def _mcp_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     yield finite_change("policy/mcp/skills", relation, headline, *places)
 
 
-_EXECUTE_ORDER = (Execute.DENIED, Execute.APPROVAL, Execute.ALLOWED)
+_EXECUTE_ORDER = (Execute.DENIED, Execute.APPROVAL, Execute.ELICITATION, Execute.ALLOWED)
 
 
 def _format_quota(quota: Quota) -> str:

@@ -177,6 +177,7 @@ class Execute(Enum):
     """Rule for executing a verified plan when a client of `aeros mcp` asks for it."""
 
     APPROVAL = "approval"  # once the operator has approved it
+    ELICITATION = "elicitation"  # also once the client says that its user approved it, which nothing verifies
     ALLOWED = "allowed"
     DENIED = "denied"
 
@@ -186,7 +187,7 @@ class McpPolicy:
     """Permissions of clients of `aeros mcp`.
 
     Attributes:
-        execute: condition on which a verified plan is executed: approval, allowed or denied.
+        execute: condition on which a verified plan is executed: approval, elicitation, allowed or denied.
         max_steps: greatest number of steps of one plan.
         skills: skills (MODULE.SKILL) that a plan may have; None for all active ones.
     """

@@ -1,14 +1,18 @@
-"""Recordings of a run: a bag, an MCAP file, none, or the reason why there can be none."""
+"""Recordings and live views of a run: a bag, an MCAP file, a server, none, or why there can be none."""
 
 from __future__ import annotations
 
+import io
+import json
 import sys
 from pathlib import Path
 
 import pytest
 
+import aeros.runtime.bus
 from aeros.runtime.bus.feed import BusFeed
-from aeros.session.bag import BagOutputError, open_bag
+from aeros.session.bag import BagOutputError, open_bag, open_live_view
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.runtime.bench import configuration
 
 
@@ -64,3 +68,54 @@ def test_an_error_of_the_run_is_not_taken_for_one_of_the_recording(tmp_path: Pat
     pytest.importorskip("rosbags", reason="needs `pip install '.[ros]'`")
     with pytest.raises(ZeroDivisionError), open_bag(tmp_path / "bag", None, configuration().site):
         raise ZeroDivisionError
+
+
+SITE = configuration().site
+
+
+def test_without_a_port_nothing_is_opened() -> None:
+    with open_live_view(None, SITE, None) as feed:
+        assert feed is None
+
+
+def test_the_address_is_printed_and_the_run_never_waits() -> None:
+    pytest.importorskip("foxglove", reason="the extra `live` is not installed")
+    printed = io.StringIO()
+    with open_live_view(0, SITE, printed) as feed:
+        assert isinstance(feed, BusFeed)
+        assert not feed._is_whole
+    assert printed.getvalue().startswith("live       ws://127.0.0.1:")
+
+
+def test_a_port_in_use_is_refused_with_a_cure() -> None:
+    pytest.importorskip("foxglove", reason="the extra `live` is not installed")
+    printed = io.StringIO()
+    with open_live_view(0, SITE, printed):
+        port = int(printed.getvalue().rpartition(":")[2])
+        with (
+            pytest.raises(BagOutputError, match="give another port with --live"),
+            open_live_view(port, SITE, None),
+        ):
+            pass
+
+
+def test_without_the_server_the_error_names_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "aeros.runtime.bus.live_view", None)
+    with (
+        pytest.raises(BagOutputError, match=r"^--live needs `pip install '\.\[live\]'`"),
+        open_live_view(0, SITE, None),
+    ):
+        pass
+
+
+def test_the_shipped_layout_shows_topics_that_runs_have() -> None:
+    layout = json.loads((Path(aeros.runtime.bus.__path__[0]) / "foxglove-layout.json").read_text())
+    topics = set()
+    for panel in layout["configById"].values():
+        topics |= set(panel.get("topics", ())) | {panel.get("topicToRender"), panel.get("topicPath")}
+        topics |= {one["value"].rpartition(".")[0] for one in panel.get("paths", ())}
+    known = {"/aeros/scene", "/robot_description", "/aeros/log", "/aeros/decisions"}
+    measured = {one.removeprefix("/aeros/state/") for one in topics - {None} - known}
+    site = reference_site_path().read_text(encoding="utf-8")
+    assert measured
+    assert all(f"  {name}:" in site for name in measured)

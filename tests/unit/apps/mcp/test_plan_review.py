@@ -37,6 +37,9 @@ GOAL = ActionCondition(term("dumpling_cooked"), "dumpling_cooked", SPAN)
 WHOLE = ("dumpling.prepare", "dumpling.recover", "dumpling.wrap", "dumpling.boil")
 
 
+ROUTED = RoutedTask("dumpling", MAKE_DUMPLINGS)
+
+
 def steps(*names: str) -> tuple[ProposedStep, ...]:
     return tuple(ProposedStep(name, {}) for name in names)
 
@@ -49,13 +52,11 @@ def problems(
     readings = {name: Reading(value, 0.0) for name, value in values.items()}
     world = world_from_readings(at.state, readings, 0.0)
     checker = ClientPlanChecker(lambda: at)
-    return checker.problems(
-        ClientPlan(proposed, GOAL), RoutedTask("dumpling", MAKE_DUMPLINGS), world, {"dumpling": ecm}
-    )
+    return checker.problems(ClientPlan(proposed, GOAL, ROUTED), ROUTED, world, {"dumpling": ecm})
 
 
 def test_the_graph_has_the_steps_in_order_without_retries() -> None:
-    plan = ClientPlan((ProposedStep("m.one", {"force": 0.5}), ProposedStep("m.two.three", {})), GOAL)
+    plan = ClientPlan((ProposedStep("m.one", {"force": 0.5}), ProposedStep("m.two.three", {})), GOAL, ROUTED)
     assert plan.graph == TaskGraph((PlanStep("m", "one", {"force": 0.5}), PlanStep("m", "two.three", {})))
 
 
@@ -137,8 +138,8 @@ def test_the_goal_of_the_plan_counts_and_not_the_tasks() -> None:
     at = site()
     world = world_from_readings(at.state, {name: Reading(False, 0.0) for name in PREDICATES}, 0.0)
     found = ClientPlanChecker(lambda: at).problems(
-        ClientPlan(steps("dumpling.prepare"), goal),
-        RoutedTask("dumpling", MAKE_DUMPLINGS),
+        ClientPlan(steps("dumpling.prepare"), goal, ROUTED),
+        ROUTED,
         world,
         {"dumpling": DUMPLING},
     )

@@ -30,7 +30,7 @@ from tests.unit.agent.fake_runtime import FakeRuntime
 
 ROUTED = RoutedTask("dumpling", MAKE_DUMPLINGS)
 PREPARED = ActionCondition(term("dough_on_workspace"), "dough_on_workspace", SPAN)
-PREPARE = ClientPlan((ProposedStep("dumpling.prepare", {}),), PREPARED)
+PREPARE = ClientPlan((ProposedStep("dumpling.prepare", {}),), PREPARED, ROUTED)
 NOWHERE = RobotChain()
 
 
@@ -97,7 +97,7 @@ class Robot:
                 yield RobotParts(runtime, agent, planner)
             self.closed = True
 
-        self.thread = McpRobotThread(opened, "make dumplings", self._halt)
+        self.thread = McpRobotThread(opened, self._halt)
 
     def _halt(self) -> None:
         self.halts += 1

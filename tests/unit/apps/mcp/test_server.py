@@ -1,210 +1,253 @@
-"""`aeros mcp` answers the protocol's own client over standard input and output, and ends when that goes."""
+"""Handlers of the MCP server, asked by the protocol's own client in this process, in both of its eras."""
 
 from __future__ import annotations
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Awaitable, Callable
 from importlib.util import find_spec
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import pytest
 
-from aeros.agent.identity import lock_folder
-from aeros.cli.main import main
-from aeros.exit_codes import Exit
-from aeros.runtime.audit.log import verify_log
-from tests.repo.tree import ROOT
+from aeros.apps.mcp.approvals import approve, reject
+from aeros.runtime.execution.governor import OperatorCommand
+from aeros.spec.model.policy import Execute, McpPolicy
+from tests.unit.apps.mcp.cells import FREE, LAID_OUT, PREPARE, Cell, cell, dumplings
 
 pytestmark = pytest.mark.skipif(find_spec("mcp") is None, reason="the extra `mcp` is not installed")
-"""The tests import it themselves: it takes a second, which each process that collects them would pay."""
+
+ERAS = ("legacy", pytest.param("auto", marks=pytest.mark.deep))
+ASKING = McpPolicy(Execute.ELICITATION)
 
 
-def arguments(folder: Path) -> list[str]:
-    return [
-        "-m", "aeros.cli.main", "mcp", "make dumplings", "--ecms", "ecms/make_dumplings",
-        "--plant", "symbolic", "--state", str(folder / "state"), "--out", str(folder / "out"),
-    ]  # fmt: skip
-
-
-def as_client(folder: Path, talk: Callable[[Any], Awaitable[None]]) -> list[dict[str, Any]]:
-    """Return the audit records after a client has talked to a server."""
+def talk(one: Cell, era: str, conversation: Callable[[Any], Awaitable[None]], **options: Any) -> None:
+    """Let a client of the protocol's SDK talk to a server of this cell."""
     import anyio
     import mcp
 
+    from aeros.apps.mcp.resources import Resources
+    from aeros.apps.mcp.server import build_server
+
+    server = build_server(one.tools, Resources(one.tools, one.folder / "audit.jsonl"))
+
     async def session() -> None:
-        server = mcp.StdioServerParameters(command=sys.executable, args=arguments(folder), cwd=ROOT)
-        with (folder / "stderr").open("w") as errors:
-            transport = mcp.stdio_client(server, errlog=errors)
-            async with transport as (reading, writing), mcp.ClientSession(reading, writing) as client:
-                await client.initialize()
-                await talk(client)
+        with anyio.fail_after(60):
+            async with mcp.Client(server, mode=era, **options) as client:
+                await conversation(client)
 
     anyio.run(session)
-    wait_for_release(folder / "state")
-    log = folder / "out" / "audit.jsonl"
-    assert verify_log(log).is_sound
-    return [json.loads(line) for line in log.read_text().splitlines()]
 
 
-def wait_for_release(state: Path) -> None:
-    """The server ends a moment after its client is gone."""
-    latest = time.monotonic() + 60
-    while (state / "agent.lock").read_text() and time.monotonic() < latest:
-        time.sleep(0.05)
+async def proposed(client: Any) -> str:
+    found = await client.call_tool("propose_plan", {"steps": PREPARE, "goal": LAID_OUT})
+    plan: str = found.structured_content["plan"]
+    return plan
 
 
-def test_a_client_sees_proposes_and_has_executed_what_the_operator_approves(tmp_path: Path) -> None:
-    seen: dict[str, Any] = {}
+@pytest.mark.parametrize("era", ERAS)
+def test_a_client_finds_tools_with_schemas_resources_and_prompts(era: str, tmp_path: Path) -> None:
+    async def conversation(client: Any) -> None:
+        tools = (await client.list_tools()).tools
+        assert [one.name for one in tools if one.annotations.read_only_hint] == [
+            "list_skills", "state", "propose_plan",
+        ]  # fmt: skip
+        assert all(one.output_schema["additionalProperties"] is False for one in tools)
+        # The client compares each structured result with its tool's schema.
+        for tool in ("list_skills", "state"):
+            found = await client.call_tool(tool, {})
+            assert json.loads(found.content[0].text) == found.structured_content
+        listed = [str(one.uri) for one in (await client.list_resources()).resources]
+        assert "aeros://modules/make_dumplings" in listed
+        manifest = (await client.read_resource("aeros://modules/make_dumplings")).contents[0]
+        assert manifest.text.startswith("schema: aeros/ecm/")
+        templates = (await client.list_resource_templates()).resource_templates
+        assert {one.uri_template for one in templates} == {
+            "aeros://modules/{module}", "aeros://records/{count}",
+        }  # fmt: skip
+        (prompt, *_) = (await client.list_prompts()).prompts
+        text = (await client.get_prompt(prompt.name, {"task": "make dumplings"})).messages[0].content.text
+        assert "Carry out this task with the robot: make dumplings" in text
 
-    async def talk(client: Any) -> None:
-        seen["tools"] = [tool.name for tool in (await client.list_tools()).tools]
-        steps = [{"skill": "make_dumplings.prepare"}]
-        goal = "dough_on_workspace and filling_on_workspace"
-        proposed = (await client.call_tool("propose_plan", {"steps": steps, "goal": goal})).structured_content
-        name = {"plan": proposed["plan"], "wait": 30}
-        waiting = (await client.call_tool("execute_plan", name)).structured_content
-        seen["waiting"] = waiting["status"]
-        id_ = waiting["operator"].split()[-1]
-        assert main(["approve", id_, "--state", str(tmp_path / "state")]) == Exit.SUCCESS
-        seen["executed"] = (await client.call_tool("execute_plan", name)).structured_content["status"]
-        refused = await client.call_tool(
-            "propose_plan", {"steps": [{"skill": "a.b", "inputs": {"x": "y" * 2000}}]}
-        )
-        seen["refused"] = (refused.is_error, refused.content[0].text)
-
-    records = as_client(tmp_path, talk)
-    assert seen == {
-        "tools": ["list_skills", "state", "propose_plan", "execute_plan", "pause", "stop", "resume"],
-        "waiting": "waits for approval",
-        "executed": "goal reached",
-        "refused": (True, "a text is longer than 1000 characters"),
-    }
-    notes = [one["details"] for one in records if one["event"] == "note"]
-    (noted,) = (note["details"] for note in notes if note["event"] == "mcp-plan-started")
-    assert noted["client"].startswith("mcp ")
-    assert "uid" in noted["approved"]["by"]
+    with cell(dumplings(), tmp_path, FREE) as one:
+        talk(one, era, conversation)
+        assert one.decisions() == 0
 
 
-def test_another_terminal_pauses_and_stops_what_a_client_began(tmp_path: Path) -> None:
-    seen: list[Any] = []
+def test_unknown_names_are_errors_that_name_the_known_ones(tmp_path: Path) -> None:
+    import mcp
 
-    async def talk(client: Any) -> None:
-        state = str(tmp_path / "state")
-        assert main(["pause", "--state", state]) == Exit.SUCCESS
-        seen.append((await client.call_tool("state", {})).structured_content["operator"])
-        assert main(["stop", "--state", state]) == Exit.SUCCESS
-        seen.append((await client.call_tool("state", {})).structured_content["operator"])
-        seen.append((await client.call_tool("resume", {})).structured_content["status"])
-
-    records = as_client(tmp_path, talk)
-    assert seen == ["pause", "stop", "waits for approval"]
-    assert not [one for one in records if one["event"] == "decision"]
-
-
-@pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.deep)])
-def test_a_signal_ends_a_server_whose_client_says_nothing(number: int, tmp_path: Path) -> None:
-    error_file = tmp_path / "stderr"
-    with (
-        error_file.open("w") as errors,
-        subprocess.Popen(
-            [sys.executable, *arguments(tmp_path)],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, cwd=ROOT,
-        ) as server,
-    ):  # fmt: skip
-        latest = time.monotonic() + 60
-        while "serving MCP" not in error_file.read_text():
-            assert time.monotonic() < latest, error_file.read_text()
-            time.sleep(0.05)
-        server.send_signal(number)
-        assert server.wait(60) == Exit.INTERRUPTED
-    assert verify_log(tmp_path / "out" / "audit.jsonl").is_sound
-
-
-def test_a_robot_that_has_an_agent_gets_no_second_one(tmp_path: Path) -> None:
-    with lock_folder(tmp_path / "state"):
-        ended = subprocess.run(
-            [sys.executable, *arguments(tmp_path)],
-            stdin=subprocess.DEVNULL, capture_output=True, text=True, cwd=ROOT, timeout=60, check=False,
+    async def conversation(client: Any) -> None:
+        with pytest.raises(mcp.MCPError, match="there are aeros://site"):
+            await client.read_resource("aeros://nothing")
+        with pytest.raises(mcp.MCPError, match="there are carry_out"):
+            await client.get_prompt("nothing", {})
+        found = await client.call_tool("statx", {})
+        assert (found.is_error, found.content[0].text) == (
+            True, "there is no tool `statx`; did you mean `state`?",
         )  # fmt: skip
-    assert ended.returncode == Exit.REJECTED
-    assert "this robot has an agent already: pid" in ended.stderr
+
+    with cell(dumplings(), tmp_path, FREE) as one:
+        talk(one, "auto", conversation)
 
 
-NO_MESSAGES = (b"\xff\xfe\n" * 100, b'{"jsonrpc": "2.0"}\n[[[[\n{}\n', b"x" * 2_000_000)
-"""Bytes, lines of JSON and, as it ends the session, a line that is too long."""
+@pytest.mark.parametrize("era", ERAS)
+def test_a_call_that_waits_reports_progress(era: str, tmp_path: Path) -> None:
+    heard: list[tuple[float, float | None, str | None]] = []
 
-HIDDEN = json.dumps({"jsonrpc": "2.0", "id": "\u202e\x9b\x7f", "method": "none"}, ensure_ascii=False).encode()
-"""A request whose answer repeats characters that act on a terminal."""
+    async def on_progress(done: float, total: float | None, text: str | None) -> None:
+        heard.append((done, total, text))
+
+    async def conversation(client: Any) -> None:
+        found = await client.call_tool(
+            "execute_plan", {"plan": await proposed(client), "wait": 30}, progress_callback=on_progress
+        )
+        assert found.structured_content["status"] == "goal reached"
+
+    with cell(dumplings(), tmp_path, FREE) as one:
+        talk(one, era, conversation)
+    assert heard[-1][:2] == (1.0, 1)
+    assert "make_dumplings.prepare: outcome `laid_out`" in str(heard[-1][2])
+    assert [done for done, _, _ in heard] == sorted({done for done, _, _ in heard})
+
+
+@pytest.mark.parametrize("era", ERAS)
+def test_cancelling_the_call_brings_the_robot_to_rest(era: str, tmp_path: Path) -> None:
+    import anyio
+
+    async def conversation(client: Any) -> None:
+        plan = await proposed(client)
+        with anyio.move_on_after(0.5):
+            await client.call_tool("execute_plan", {"plan": plan, "wait": 60})
+        running = one.robot.running
+        assert running is not None
+        while not running.ended.is_set():
+            await anyio.sleep(0.02)
+        found = (await client.call_tool("state", {})).structured_content["running"]
+        assert (found["status"], found["reason"][:12]) == ("cancelled", "cancelled by")
+
+    with cell(dumplings(), tmp_path, FREE) as one:
+        one.operator.at_first["decision"] = lambda: one.operator.ask(OperatorCommand.PAUSE)
+        talk(one, era, conversation)
+        ended = [record for record in one.records() if record["event"] == "step-ended"]
+        assert [record["details"]["status"] for record in ended] == ["cancelled"]
+
+
+def answering(action: str, **content: Any) -> dict[str, Any]:
+    """Options of a client whose user gives this answer; `asked` collects the questions."""
+    import mcp_types as types
+
+    asked: list[str] = []
+
+    async def on_question(_: Any, params: Any) -> Any:
+        asked.append(params.message)
+        return types.ElicitResult(action=action, content=content or None)  # type: ignore[arg-type]
+
+    return {"elicitation_callback": on_question, "asked": asked}
 
 
 @pytest.mark.parametrize(
-    "sent",
+    ("action", "content", "status"),
     [
-        pytest.param(b"".join(NO_MESSAGES), id="one after the other"),
-        *(pytest.param(one, id=f"alone {at}", marks=pytest.mark.deep) for at, one in enumerate(NO_MESSAGES)),
+        ("accept", {"approve": True}, "goal reached"),
+        ("decline", {}, "the client's user did not approve it; propose a plan again"),
+        *(
+            pytest.param(*one, marks=pytest.mark.deep)
+            for one in (
+                ("accept", {"approve": False}, "the client's user did not approve it; propose a plan again"),
+                ("accept", {}, "the client's user did not approve it; propose a plan again"),
+                ("cancel", {}, "waits for approval"),
+            )
+        ),
     ],
 )
-def test_bytes_that_are_no_message_neither_break_nor_fill_the_server(sent: bytes, tmp_path: Path) -> None:
-    ended = subprocess.run(
-        [sys.executable, *arguments(tmp_path)],
-        input=HIDDEN + b"\n" + sent,
-        capture_output=True,
-        cwd=ROOT,
-        timeout=60,
-        check=False,
-    )
-    assert ended.returncode == Exit.SUCCESS, ended.stderr
-    assert rb'"id":"\u202e\u009b\u007f"' in ended.stdout
-    assert all(character in b"\n" or 0x20 <= character < 0x7F for character in ended.stdout)
-    assert verify_log(tmp_path / "out" / "audit.jsonl").is_sound
+@pytest.mark.parametrize("era", ["legacy", "auto"])
+def test_where_the_site_says_so_the_clients_user_may_approve(
+    era: str, action: str, content: dict[str, Any], status: str, tmp_path: Path
+) -> None:
+    options = answering(action, **content)
+    asked = options.pop("asked")
+
+    async def conversation(client: Any) -> None:
+        found = await client.call_tool("execute_plan", {"plan": await proposed(client), "wait": 30})
+        answer = found.content[0].text if found.is_error else found.structured_content["status"]
+        assert answer == status
+
+    with cell(dumplings(), tmp_path, ASKING) as one:
+        talk(one, era, conversation, **options)
+        started = one.noted("mcp-plan-started")
+        assert [note["approved"]["verified"] for note in started] == [False] * (status == "goal reached")
+        assert all("as the client says" in note["approved"]["by"] for note in started)
+    (question,) = asked
+    assert "1. make_dumplings.prepare" in question
+    assert LAID_OUT in question
 
 
-async def lines_of(sent: bytes) -> list[str]:
-    """The lines that the server reads of a client that sends this and stays."""
+def test_where_the_operator_must_approve_the_clients_user_is_not_asked(tmp_path: Path) -> None:
+    options = answering("accept", approve=True)
+    asked = options.pop("asked")
+
+    async def conversation(client: Any) -> None:
+        found = await client.call_tool("execute_plan", {"plan": await proposed(client), "wait": 30})
+        assert found.structured_content["status"] == "waits for approval"
+        assert found.structured_content["user_may_approve"] is False
+        await client.call_tool("pause", {})
+        assert (await client.call_tool("resume", {})).structured_content["status"] == "waits for approval"
+
+    with cell(dumplings(), tmp_path, McpPolicy()) as one:
+        talk(one, "legacy", conversation, **options)
+        assert (asked, one.decisions()) == ([], 0)
+
+
+@pytest.mark.parametrize("decision", [pytest.param(approve, marks=pytest.mark.deep), reject])
+def test_the_operators_terminal_stands_above_the_clients_user(
+    decision: Callable[[Path, str], None], tmp_path: Path
+) -> None:
+    import mcp_types as types
+
+    async def on_question(_: Any, __: Any) -> Any:
+        (request,) = one.call("state")["waiting_for_approval"]
+        decision(tmp_path / "state", request)
+        return types.ElicitResult(
+            action="decline" if decision is approve else "accept", content={"approve": True}
+        )
+
+    async def conversation(client: Any) -> None:
+        found = await client.call_tool("execute_plan", {"plan": await proposed(client), "wait": 30})
+        if decision is approve:
+            assert found.structured_content["status"] == "goal reached"
+        else:
+            assert "the operator did not approve it" in found.content[0].text
+
+    with cell(dumplings(), tmp_path, ASKING) as one:
+        talk(one, "legacy", conversation, elicitation_callback=on_question)
+        assert [note["approved"]["verified"] for note in one.noted("mcp-plan-started")] == [True] * (
+            decision is approve
+        )
+
+
+def test_a_flood_of_calls_is_refused_and_a_stop_is_not(tmp_path: Path) -> None:
     import anyio
 
-    from aeros.apps.mcp.server import _StdinLines
+    from aeros.apps.mcp.server import MAX_CALLS
 
-    reading, writing = os.pipe()
-    keep = os.dup(0)
-    os.dup2(reading, 0)
-    os.close(reading)
-    try:
-        lines = _StdinLines()
-    finally:
-        os.dup2(keep, 0)
-        os.close(keep)
-    sender = Thread(target=os.write, args=(writing, sent), daemon=True)
-    sender.start()
-    found = []
-    with anyio.fail_after(20):
-        async for line in lines:
-            found.append(line)
-            if line == "last":
-                break
-    os.close(lines._file)
-    sender.join(20)
-    os.close(writing)
-    return found
+    answers: list[Any] = []
 
+    async def conversation(client: Any) -> None:
+        plan = await proposed(client)
+        one.operator.at_first["decision"] = lambda: one.operator.ask(OperatorCommand.PAUSE)
 
-@pytest.mark.parametrize(
-    ("sent", "read"),
-    [
-        (b"one\nlast\n", ["one", "last"]),
-        (b"x" * 300_000 + b"\nlast\n", ["x" * 300_000, "last"]),
-        (b"one\n" + b"x" * 1_100_000, ["one"]),
-    ],
-    ids=["short lines", "a long line", "a line without an end"],
-)
-def test_a_line_without_an_end_ends_the_session(sent: bytes, read: list[str]) -> None:
-    import anyio
+        async def watch() -> None:
+            answers.append(await client.call_tool("execute_plan", {"plan": plan, "wait": 60}))
 
-    assert anyio.run(lines_of, sent) == read
+        async with anyio.create_task_group() as group:
+            for _ in range(MAX_CALLS + 5):
+                group.start_soon(watch)
+            while len(answers) < 5:
+                await anyio.sleep(0.02)
+            assert "too many calls at once" in answers[0].content[0].text
+            assert (await client.call_tool("stop", {})).structured_content == {"status": "stopped"}
+        assert [found.is_error for found in answers].count(True) == 5
+
+    with cell(dumplings(), tmp_path, FREE) as one:
+        talk(one, "auto", conversation)

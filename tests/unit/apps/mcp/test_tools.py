@@ -3,135 +3,25 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from aeros.agent.agent import start_agent
-from aeros.agent.instructions.understand import understand
-from aeros.apps.mcp.approvals import Approvals, approve, pending_requests, reject
-from aeros.apps.mcp.plan_review import ClientPlanChecker
-from aeros.apps.mcp.robot import ClientPlanner, LatestMeasurements, McpRobotThread, RobotParts
+from aeros.apps.mcp.accepted_plans import MAX_PLANS
+from aeros.apps.mcp.approvals import approve, pending_requests, reject
 from aeros.apps.mcp.tool_arguments import ToolCallError
-from aeros.apps.mcp.tools import MAX_PLANS, Tools
-from aeros.runtime.audit.log import AuditLog, verify_log
-from aeros.runtime.execution.governor import FixedGovernor, OperatorCommand
+from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.isolation.run_factory import SkillRunFactory
-from aeros.runtime.proving import prove_configuration
-from aeros.session.assembly import build_executor
-from aeros.sim.symbolic.plant import SymbolicPlant
-from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.policy import Execute, McpPolicy
-from aeros.spec.text.discovery import reference_site_path
-from tests.repo.tree import ROOT
-
-PREPARE = [{"skill": "make_dumplings.prepare"}]
-LAID_OUT = "dough_on_workspace and filling_on_workspace and wrappers_suffice and fillings_suffice"
-FREE = McpPolicy(Execute.ALLOWED)
-
-
-class _Operator(FixedGovernor):
-    """Says what it was asked for last, and does something when a record of some kind is written."""
-
-    def __init__(self, configuration: Configuration) -> None:
-        super().__init__(configuration)
-        self.in_force = configuration
-        self.asked = OperatorCommand.RUN
-        self.at_first: dict[str, Callable[[], None]] = {}
-
-    @property
-    def command(self) -> OperatorCommand:
-        return self.asked
-
-    @property
-    def generation(self) -> int:
-        return hash(self.in_force.digest)
-
-    def configuration(self) -> tuple[int, Configuration]:
-        return self.generation, self.in_force
-
-    def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
-        return nullcontext(generation == self.generation)
-
-    def ask(self, command: OperatorCommand) -> None:
-        # A pause does not take back a stop, whichever comes first on a busy machine.
-        if (self.asked, command) != (OperatorCommand.STOP, OperatorCommand.PAUSE):
-            self.asked = command
-
-    def hear(self, line: bytes) -> None:
-        do = self.at_first.pop(json.loads(line)["event"], None)
-        if do is not None:
-            do()
-
-
-class Cell:
-    """A robot on the symbolic plant, and a client of its tools."""
-
-    def __init__(self, tools: Tools, operator: _Operator, robot: McpRobotThread, folder: Path) -> None:
-        self.tools, self.operator, self.robot, self.folder = tools, operator, robot, folder
-
-    def call(self, tool: str, **arguments: Any) -> dict[str, Any]:
-        return self.tools.call(tool, arguments, "a client 1.0")
-
-    def proposed(self) -> str:
-        name: str = self.call("propose_plan", steps=PREPARE, goal=LAID_OUT)["plan"]
-        return name
-
-    def records(self) -> list[dict[str, Any]]:
-        self.robot.call(lambda _: None).result()
-        return [json.loads(line) for line in (self.folder / "audit.jsonl").read_text().splitlines()]
-
-    def noted(self, event: str) -> list[dict[str, Any]]:
-        notes = [one["details"] for one in self.records() if one["event"] == "note"]
-        return [note["details"] for note in notes if note["event"] == event]
-
-    def decisions(self) -> int:
-        return sum(one["event"] == "decision" for one in self.records())
+from tests.unit.apps.mcp.cells import FREE, LAID_OUT, PREPARE, Cell, cell, dumplings
 
 
 @pytest.fixture(scope="module")
 def configuration() -> Configuration:
-    return prove_configuration([ROOT / "ecms" / "make_dumplings"], reference_site_path(), certified=False)[0]
-
-
-@contextmanager
-def cell(configuration: Configuration, folder: Path, policy: McpPolicy, seed: int = 0) -> Iterator[Cell]:
-    configuration = replace(configuration, site=replace(configuration.site, mcp=policy))
-    routed = understand("make dumplings", configuration.modules).first
-    operator, heard = _Operator(configuration), LatestMeasurements()
-
-    @contextmanager
-    def opened() -> Iterator[RobotParts]:
-        site = configuration.site
-        plant = SymbolicPlant(site, configuration.modules, seed, to_doubles(routed.task.initial))
-        with (
-            SkillRunFactory(site, configuration.modules.values()) as skills,
-            AuditLog(folder / "audit.jsonl", listener=operator.hear) as audit,
-            build_executor(
-                configuration, plant, audit, skills, governor=operator, listeners=(heard,)
-            ) as executor,
-            start_agent(
-                folder / "state",
-                "panda",
-                executor,
-                planner := ClientPlanner(ClientPlanChecker(lambda: executor.site)),
-            ) as agent,
-        ):
-            yield RobotParts(executor, agent, planner)
-
-    robot = McpRobotThread(opened, "make dumplings", lambda: operator.ask(OperatorCommand.STOP))
-    try:
-        approvals = Approvals(folder / "state")
-        tools = Tools(robot, heard, routed, approvals, operator.ask, lambda: operator.command)
-        yield Cell(tools, operator, robot, folder)
-    finally:
-        robot.close()
-    assert verify_log(folder / "audit.jsonl").is_sound
+    return dumplings()
 
 
 @pytest.fixture
@@ -364,41 +254,19 @@ def test_a_stop_voids_what_was_accepted_and_approved(usual: Cell) -> None:
     assert usual.decisions() == 0
 
 
-@pytest.mark.parametrize("policy", [McpPolicy(), FREE])
-def test_to_resume_needs_the_operator_on_every_site(
-    policy: McpPolicy, configuration: Configuration, tmp_path: Path
-) -> None:
-    with cell(configuration, tmp_path, policy) as one:
-        assert one.call("resume") == {"status": "the robot is neither paused nor stopped"}
-        assert one.call("pause") == {"status": "paused"}
-        id_ = one.call("resume")["operator"].split()[-1]
-        assert one.call("resume")["operator"].split()[-1] == id_
-        assert one.call("state")["operator"] == "pause"
-        reject(tmp_path / "state", id_)
-        again = one.call("resume")["operator"].split()[-1]
-        assert again != id_
-        approve(tmp_path / "state", again)
-        assert one.call("resume") == {"status": "resumed"}
-        assert one.call("state")["operator"] == "run"
-        assert one.noted("mcp-resumed")[0]["approved"]["by"]
-
-
-def test_a_pause_does_not_take_a_stop_back(free: Cell) -> None:
-    free.call("stop")
-    assert free.call("pause") == {"status": "stopped"}
-
-
 def test_a_robot_that_is_busy_says_so_and_can_be_stopped(free: Cell) -> None:
     free.operator.at_first["decision"] = lambda: free.operator.ask(OperatorCommand.PAUSE)
     name, other = free.proposed(), free.proposed()
-    assert free.call("execute_plan", plan=name, wait=0.5) == {"status": "executing", "plan": name}
+    executing = free.call("execute_plan", plan=name, wait=0.5)
+    assert (executing["status"], executing["plan"]) == ("executing", name)
+    assert (executing["steps_done"], executing["steps_total"]) == (0.5, 1)
     with pytest.raises(ToolCallError, match=f"the robot is busy with plan {name}"):
         free.proposed()
     with pytest.raises(ToolCallError, match="the robot is busy"):
         free.call("execute_plan", plan=other)
     state = free.call("state")
     assert state["operator"] == "pause"
-    assert state["running"] == {"status": "executing", "plan": name}
+    assert state["running"] == executing
     assert state["state"]["estop_pressed"]["value"] is False
     free.call("stop")
     found = free.call("execute_plan", plan=name, wait=30)
@@ -415,3 +283,84 @@ def test_when_the_client_goes_the_robot_stops(configuration: Configuration, tmp_
         one.robot.close()
         assert running.report is not None
         assert not running.report.reached
+
+
+# Tasks.
+
+
+def test_without_a_task_of_its_own_a_server_takes_the_only_one(
+    configuration: Configuration, tmp_path: Path
+) -> None:
+    with cell(configuration, tmp_path, FREE, instruction=None) as one:
+        listed = one.call("list_skills")
+        assert [task["name"] for task in listed["tasks"]] == ["make_dumplings.make_dumplings"]
+        assert listed["task"] == listed["tasks"][0]
+        found = one.call("propose_plan", steps=PREPARE, goal=LAID_OUT)
+        assert found["task"] == "make_dumplings.make_dumplings"
+
+
+@pytest.mark.parametrize(
+    ("words", "task"),
+    [
+        ("make dumplings", "make_dumplings.make_dumplings(count = 1)"),
+        ("make_dumplings.make_dumplings count=2", "make_dumplings.make_dumplings(count = 2)"),
+    ],
+)
+def test_a_plan_names_its_task_and_the_operator_sees_it(words: str, task: str, usual: Cell) -> None:
+    found = usual.call("propose_plan", steps=PREPARE, goal=LAID_OUT, task=words)
+    assert (found["accepted"], found["task"]) == (True, task.partition("(")[0])
+    usual.call("execute_plan", plan=found["plan"])
+    (asked,) = pending_requests(usual.folder / "state")
+    assert asked["task"] == task
+
+
+@pytest.mark.parametrize("words", ["make pizza", "do not make dumplings", "", "\x00"])
+def test_a_task_that_is_none_is_refused(words: str, usual: Cell) -> None:
+    with pytest.raises(ToolCallError, match="the task is not understood"):
+        usual.call("propose_plan", steps=PREPARE, goal=LAID_OUT, task=words)
+    assert usual.noted("mcp-call-rejected")
+
+
+# Cancelling.
+
+
+def test_a_cancelled_plan_comes_to_rest_and_says_who_cancelled_it(free: Cell) -> None:
+    free.operator.at_first["decision"] = lambda: free.operator.ask(OperatorCommand.PAUSE)
+    free.call("execute_plan", plan=free.proposed(), wait=0.3)
+    running = free.robot.running
+    assert running is not None
+    running.cancel("cancelled by a client 1.0")
+    running.cancel("cancelled by another")
+    assert running.ended.wait(10.0)
+    found = free.call("state")["running"]
+    assert (found["status"], found["reason"]) == ("cancelled", "cancelled by a client 1.0")
+    assert [step["status"] for step in found["steps"]] == ["cancelled"]
+    assert free.noted("mcp-plan-cancelled") == [{"plan": running.plan, "reason": "cancelled by a client 1.0"}]
+    # A cancellation is no stop: the next plan needs no resume.
+    free.operator.ask(OperatorCommand.RUN)
+    assert free.call("execute_plan", plan=free.proposed(), wait=30)["status"] == "goal reached"
+
+
+def test_a_plan_for_which_nobody_waits_is_cancelled(free: Cell) -> None:
+    free.tools.cancel_unattended(0.0)  # nothing is executed yet
+    free.operator.at_first["decision"] = lambda: free.operator.ask(OperatorCommand.PAUSE)
+    free.call("execute_plan", plan=free.proposed(), wait=0.3)
+    running = free.robot.running
+    assert running is not None
+    free.tools.cancel_unattended(60.0)
+    assert not running.ended.wait(0.2)
+    free.tools.cancel_unattended(0.0)
+    assert running.ended.wait(10.0)
+    assert free.call("state")["running"]["reason"] == "no client has waited for the plan for 0 s"
+
+
+def test_a_flood_of_rejected_calls_and_proposals_does_not_fill_the_log(free: Cell) -> None:
+    for _ in range(150):
+        with pytest.raises(ToolCallError, match="unknown plan"):
+            free.call("execute_plan", plan="x")
+    assert len(free.noted("mcp-call-rejected")) < 110
+    with pytest.raises(ToolCallError, match="too many proposals and rejected calls"):
+        free.proposed()
+    assert free.call("state")["plans"] == []
+    free.call("stop")
+    assert len(free.noted("mcp-stopped")) == 1

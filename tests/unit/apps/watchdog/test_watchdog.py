@@ -260,10 +260,22 @@ def test_an_instruction_or_resume_and_not_both(
     assert "give an instruction or --task NAME, or --resume without either" in capsys.readouterr().err
 
 
-def test_a_bag_does_not_go_with_a_watchdog(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    asked = ["run", "make dumplings", "--watchdog", "--bag", str(tmp_path / "bag"), "--state", str(tmp_path)]
+@pytest.mark.parametrize("more", [["--bag", "bag"], ["--mcap", "run.mcap"], ["--live"]])
+def test_a_recording_or_live_view_does_not_go_with_a_watchdog(
+    more: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["run", "make dumplings", "--watchdog", "--state", str(tmp_path), *more]
     assert main(asked) == Exit.USAGE
     assert "cannot be combined with --watchdog" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("port", ["70000", "-1", "a"])
+def test_a_port_that_is_none_is_refused(
+    port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["run", "make dumplings", "--state", str(tmp_path), f"--live={port}"])
+    assert "expected a port from 0 to 65535" in capsys.readouterr().err
 
 
 def test_without_its_plant_a_task_ends_and_is_not_resumed_on_another(tmp_path: Path) -> None:

@@ -50,9 +50,11 @@ def test_steps_have_their_inputs_and_the_goal_follows(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     steps = [{"skill": "a.b", "inputs": {"force": 0.5}}, {"skill": "a.c", "inputs": {}}, "a.d"]
-    id_ = Approvals(tmp_path).request({"what": "execute", "client": "c", "steps": steps, "goal": "done"})
+    content = {"what": "execute", "client": "c", "task": "a.make(count = 2)", "steps": steps, "goal": "done"}
+    id_ = Approvals(tmp_path).request(content)
     assert listed(tmp_path, capsys) == (
         f"{id_}  execute, requested by c, 0 s ago\n"
+        "    for a.make(count = 2)\n"
         '    a.b {"force": 0.5}\n    a.c\n    a.d\n    until done\n'
     )
 

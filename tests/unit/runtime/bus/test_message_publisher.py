@@ -14,8 +14,10 @@ from aeros.runtime.bus.messages import (
     Event,
     Float64Stamped,
     JointState,
+    LogMessage,
     Message,
     PointStamped,
+    String,
     TFMessage,
 )
 from aeros.runtime.bus.port import M
@@ -93,6 +95,8 @@ def test_each_variable_has_a_topic_unless_its_name_is_invalid_in_ros(topics: Top
         "/tf": TFMessage,
         "/aeros/events": Event,
         "/aeros/decisions": DecisionMessage,
+        "/aeros/log": LogMessage,
+        "/robot_description": String,
     }
 
 

@@ -69,6 +69,7 @@ SCALARS: dict[Any, str] = {
     bool: "bool",
     float: "float64",
     messages.Int32: "int32",
+    messages.Uint8: "uint8",
     messages.Uint32: "uint32",
     messages.Nanoseconds: "uint32",
     messages.Uint64: "uint64",
@@ -124,7 +125,9 @@ def to_ros(message: Any) -> Any:
 def plain(value: Any) -> Any:
     if hasattr(value, "__dataclass_fields__"):
         return {
-            name: plain(getattr(value, name)) for name in value.__dataclass_fields__ if name != "__msgtype__"
+            name: plain(getattr(value, name))
+            for name in value.__dataclass_fields__
+            if name != "__msgtype__" and not name.isupper()  # a constant of the type
         }
     if isinstance(value, float):
         return float(value)  # an element of an array of NumPy is a float of its own kind

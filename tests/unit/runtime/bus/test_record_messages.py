@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.runtime.bus.messages import DecisionMessage, Event, Time
-from aeros.runtime.bus.record_messages import parse_record
+from aeros.runtime.bus.messages import DecisionMessage, Event, LogMessage, Time
+from aeros.runtime.bus.record_messages import log_message, parse_record
 
 LAST = Time(7, 5)
 
@@ -44,3 +44,28 @@ def test_a_decision_has_a_message_of_its_own() -> None:
 def test_a_line_that_is_no_record_raises(line: bytes) -> None:
     with pytest.raises((ValueError, KeyError, TypeError)):
         parse_record(line, LAST)
+
+
+DECISION = '{"module":"m","skill":"s","verdict":"%s","asked":{"kind":"move"},"reasons":%s,"time":1}'
+REASONS = '[["AE1","r","too near"],["AE2","q","too fast"]]'
+ENDED = '{"module":"m","skill":"s","status":"finished","reason":"","time":1}'
+
+
+@pytest.mark.parametrize(
+    ("event", "details", "level", "source", "text"),
+    [
+        ("decision", DECISION % ("ALLOW", "[]"), 20, "m.s", "ALLOW move"),
+        ("decision", DECISION % ("DENY", REASONS), 40, "m.s", "DENY move: too near; too fast"),
+        ("stopped", '{"reason":"monitor:near","time":1}', 40, "gate", "stopped: monitor:near"),
+        ("step-ended", ENDED, 20, "m.s", "finished"),
+    ],
+)
+def test_decisions_stops_and_ends_of_steps_are_lines_of_the_log(
+    event: str, details: str, level: int, source: str, text: str
+) -> None:
+    line = f'{{"details":{details},"event":"{event}","sequence":3}}'.encode()
+    assert log_message(line, LAST) == LogMessage(Time(1), level, source, text)
+
+
+def test_other_records_are_no_lines_of_the_log() -> None:
+    assert log_message(b'{"details":{},"event":"note","sequence":3}', LAST) is None

@@ -37,6 +37,7 @@ SITE_CHANGES = [
     ("  quotas:\n", "  isolation: {processor: 50 %}\n  quotas:\n", {"policy/isolation/processor": -1}),
     ("  quotas:\n", "  mcp: {execute: allowed}\n  quotas:\n", {"policy/mcp/execute": 1}),
     ("  quotas:\n", "  mcp: {execute: denied}\n  quotas:\n", {"policy/mcp/execute": -1}),
+    ("  quotas:\n", "  mcp: {execute: elicitation}\n  quotas:\n", {"policy/mcp/execute": 1}),
     ("  quotas:\n", "  mcp: {most_steps: 21}\n  quotas:\n", {"policy/mcp/most_steps": 1}),
     ("  quotas:\n", "  mcp: {skills: [tidy.put]}\n  quotas:\n", {"policy/mcp/skills": -1}),
 ]  # fmt: skip

@@ -142,6 +142,7 @@ def loaded(folder: Path, section: str) -> tuple[Site | None, list[str]]:
         ("", McpPolicy(Execute.APPROVAL, 20, None)),
         ("  mcp: {most_steps: 3}\n", McpPolicy(Execute.APPROVAL, 3, None)),
         ("  mcp: {execute: allowed, skills: [a.b]}\n", McpPolicy(Execute.ALLOWED, 20, frozenset(("a.b",)))),
+        ("  mcp: {execute: elicitation}\n", McpPolicy(Execute.ELICITATION, 20, None)),
         ("  mcp: {execute: denied, skills: []}\n", McpPolicy(Execute.DENIED, 20, frozenset())),
     ],
 )

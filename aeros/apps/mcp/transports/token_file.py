@@ -1,0 +1,62 @@
+"""The token that clients over HTTP present: a file that only its owner can read."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import stat
+from pathlib import Path
+from typing import Final
+
+from aeros.files import make_folder
+
+TOKEN_FILE: Final = "mcp-token"  # noqa: S105 - a file's name
+"""Name of the file in the agent's folder."""
+
+_MIN_CHARS: Final = 32
+_MAX_BYTES: Final = 1_000
+
+
+class TokenError(Exception):
+    """A token that cannot be used; the message says why and what to do."""
+
+
+def ensure_token(path: Path) -> str:
+    """Read the token, which is made if there is no file.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The token, at least 32 printable characters without spaces.
+
+    Raises:
+        TokenError: The file cannot be read or written, others can read it, or it holds no such token.
+    """
+    try:
+        make_folder(path.parent, 0o700)
+        _create(path)
+        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
+        with os.fdopen(descriptor, "rb") as file:
+            mode = os.fstat(descriptor).st_mode
+            text = file.read(_MAX_BYTES).decode("ascii", "replace").strip()
+    except OSError as error:
+        raise TokenError(f"cannot use the token file `{path}`: {error.strerror}") from error
+    if not stat.S_ISREG(mode) or mode & 0o077:
+        raise TokenError(f"`{path}` must be a file that only you can read: chmod 600 '{path}'")
+    if len(text) < _MIN_CHARS or not all("!" <= character <= "~" for character in text):
+        raise TokenError(
+            f"`{path}` must hold one token of at least {_MIN_CHARS} printable characters; "
+            "delete it for a new one"
+        )
+    return text
+
+
+def _create(path: Path) -> None:
+    """Write a new token, unless the file exists."""
+    try:
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
+    except FileExistsError:
+        return
+    with os.fdopen(descriptor, "w") as file:
+        file.write(secrets.token_urlsafe(32) + "\n")

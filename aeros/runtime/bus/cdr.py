@@ -1,0 +1,98 @@
+"""ROS 2's own encoding of messages (CDR), and the definitions of their types.
+
+With `bag.py` the only importer of `rosbags`, which the extra `ros` provides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any, Final, get_type_hints
+
+import numpy as np
+from msgspec.structs import replace
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from aeros.runtime.bus.messages import Message, Time
+
+_AEROS_MESSAGES: Final = Path(__file__).parent / "aeros_msgs" / "msg"
+_ROS2: Final = 2
+
+
+class CdrEncoder:
+    """Encoder of messages; it knows the types of ROS 2 Humble and of `aeros_msgs`.
+
+    Attributes:
+        store: the types.
+    """
+
+    def __init__(self) -> None:
+        self.store = get_typestore(Stores.ROS2_HUMBLE)
+        for path in sorted(_AEROS_MESSAGES.glob("*.msg")):
+            text = path.read_text(encoding="utf-8")
+            self.store.register(get_types_from_msg(text, f"aeros_msgs/msg/{path.stem}"))
+
+    def encode(self, message: Message) -> memoryview:
+        """Encode a message.
+
+        Args:
+            message: the message.
+
+        Returns:
+            Its CDR encoding.
+        """
+        return self.store.serialize_cdr(_to_numpy_fields(message), message.ros)
+
+    def definition(self, kind: type[Message]) -> str:
+        """Return the definition of a type and of all types in it.
+
+        Args:
+            kind: type of the messages.
+
+        Returns:
+            Text in the form of ROS 2's `.msg` files, joined as MCAP and Foxglove expect it.
+        """
+        text, _ = self.store.generate_msgdef(kind.ros, ros_version=_ROS2)
+        return text
+
+
+def _to_numpy_fields(message: Message) -> Message:
+    """Return `message` for `rosbags`, which reads fields of any object: number sequences as NumPy arrays."""
+    numbers = {
+        name: np.array(getattr(message, name), np.float64) for name in _number_sequence_fields(type(message))
+    }
+    return replace(message, **numbers) if numbers else message
+
+
+@cache
+def _number_sequence_fields(kind: type[Message]) -> frozenset[str]:
+    """Return the names of fields that are sequences of numbers."""
+    hints = get_type_hints(kind)
+    return frozenset(name for name in kind.__struct_fields__ if hints[name] == tuple[float, ...])
+
+
+def plant_nanoseconds(message: Message) -> int:
+    """Return the first time stamp in a message.
+
+    A late sensor's first value is older than the clock, and no file has negative times.
+
+    Args:
+        message: the message.
+
+    Returns:
+        Nanoseconds on the plant's clock, at least 0; 0 if the message has no stamp.
+    """
+    when = next(_stamps(message), Time())
+    return max(0, when.sec * 10**9 + when.nanosec)
+
+
+def _stamps(value: Any) -> Iterator[Time]:
+    if isinstance(value, Time):
+        yield value
+    elif isinstance(value, Message):
+        for name in value.__struct_fields__:
+            yield from _stamps(getattr(value, name))
+    elif isinstance(value, tuple):
+        for part in value:
+            yield from _stamps(part)
