@@ -14,7 +14,7 @@ moving when the audit log closes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO
@@ -27,6 +27,7 @@ from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.bus.listened_plant import ListenedPlant, MeasurementListener
+from aeros.runtime.bus.port import PublisherFactory
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.runtime.bus.sample_file import SampleWriter
 from aeros.runtime.execution.executor import Executor
@@ -68,6 +69,7 @@ class SessionSetup:
         signing: Signs the audit log; None for no signatures.
         bag: A new folder for a ROS 2 bag; None for none.
         mcap: A new MCAP file; None for none.
+        bus: Bus with live listeners to publish records and measurements on; None for none.
         listeners: Further listeners to measurements.
         planner: Proposes plans; None for the planning rules of the manifest.
         planning_timeout: Seconds for each plan, while the plant's clock runs on; None to plan synchronously.
@@ -88,6 +90,7 @@ class SessionSetup:
     signing: SigningConfiguration | None = None
     bag: Path | None = None
     mcap: Path | None = None
+    bus: PublisherFactory | None = None
     listeners: Sequence[MeasurementListener] = ()
     planner: Planner | None = None
     planning_timeout: float | None = None
@@ -107,6 +110,7 @@ class RecordedPlant(NamedTuple):
         meter: Opens runs of skills and perceivers, and measures what they use.
         observe: Writes an event to the trace and passes it on.
         feed: Feed into the bag or MCAP file; None if neither is written.
+        live: Feed to the bus; None if there is none.
         listeners: All listeners to measurements, including the recorders.
     """
 
@@ -116,6 +120,7 @@ class RecordedPlant(NamedTuple):
     meter: ResourceMeter
     observe: Observer
     feed: BusFeed | None
+    live: BusFeed | None
     listeners: tuple[MeasurementListener, ...]
 
 
@@ -224,11 +229,12 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
     with (
         open_isolated_skills(setup.configuration, setup.warn) as skills,
         open_bag(setup.bag, setup.mcap, site) as feed,
+        nullcontext() if setup.bus is None else BusFeed(setup.bus, site, is_live=True) as live,
         AuditLog(
             setup.out / AUDIT,
             durability=site.durability,
             signing=setup.signing,
-            listener=None if feed is None else feed.on_record,
+            listener=_record_listener(feeds := [one for one in (feed, live) if one is not None]),
         ) as audit,
         TraceWriter(setup.out / TRACE, setup.stream) as trace,
         SampleWriter(
@@ -240,8 +246,26 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
     ):
         require_declared_measurements(plant, site)
         require_known_actions(plant, setup.configuration)
-        recorders = (samples,) if feed is None else (samples, feed)
-        yield RecordedPlant(plant, audit, skills, meter, observe, feed, (*recorders, *setup.listeners))
+        listeners: tuple[MeasurementListener, ...] = (samples, *feeds, *setup.listeners)
+        yield RecordedPlant(plant, audit, skills, meter, observe, feed, live, listeners)
+
+
+def _live_feed(setup: SessionSetup) -> AbstractContextManager[BusFeed | None]:
+    if setup.bus is None:
+        return nullcontext()
+    return BusFeed(setup.bus, setup.configuration.site, is_live=True)
+
+
+def _record_listener(feeds: Sequence[BusFeed]) -> Callable[[bytes], None] | None:
+    """Return the function that gives each record to all feeds; None if there are none."""
+    if len(feeds) < 2:
+        return feeds[0].on_record if feeds else None
+
+    def publish(line: bytes) -> None:
+        for feed in feeds:
+            feed.on_record(line)
+
+    return publish
 
 
 @contextmanager
@@ -274,7 +298,7 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         observe=observe,
         is_resumed=setup.is_resumed,
         # A recording or a client may read every value.
-        perceives_all=recorded.feed is not None or bool(setup.listeners),
+        perceives_all=recorded.feed is not None or recorded.live is not None or bool(setup.listeners),
     ) as executor:
         recorded.audit.append("isolation", recorded.skills.audit_details())
         _warn_of_lost_memory(setup)

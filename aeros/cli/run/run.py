@@ -31,6 +31,7 @@ from aeros.cli.arguments import (
 )
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import add_plant_argument
+from aeros.cli.ros2_options import add_ros2_options
 from aeros.cli.run.planners import LLM_KEY, build_planner
 from aeros.cli.run.reading import find_meaning
 from aeros.cli.run.run_plant import (
@@ -96,6 +97,7 @@ examples:
   aeros run "make dumplings" --people at_the_bench --report
   aeros run "fetch the object" --scene shelf_behind
   aeros run "make dumplings" --bag runs/demo-bag
+  aeros run "make dumplings" --ros2
   aeros run "make dumplings" --watchdog
   aeros run --resume
   aeros run "make dumplings" --anchor /mnt/other/demo.anchor
@@ -195,6 +197,7 @@ def add_to(commands: Subparsers) -> None:
         metavar="FILE",
         help="record the same in this new MCAP file, for example for Foxglove",
     )
+    add_ros2_options(parser)
     parser.add_argument(
         "--people",
         metavar="FILE|NAME",

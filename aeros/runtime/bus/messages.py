@@ -14,6 +14,7 @@ from msgspec import Meta, Struct
 Int32 = Annotated[int, Meta(ge=-(2**31), lt=2**31)]
 Uint32 = Annotated[int, Meta(ge=0, lt=2**32)]
 Uint64 = Annotated[int, Meta(ge=0)]
+Octet = Annotated[int, Meta(ge=0, lt=2**8)]
 Nanoseconds = Annotated[int, Meta(ge=0, lt=10**9)]
 
 _NANO: Final = 10**9
@@ -181,6 +182,62 @@ class TFMessage(Message, frozen=True):
 
     ros = "tf2_msgs/msg/TFMessage"
     transforms: tuple[TransformStamped, ...] = ()
+
+
+class Clock(Message, frozen=True):
+    """Time of the plant, as on `/clock`.
+
+    Attributes:
+        clock: the time.
+    """
+
+    ros = "rosgraph_msgs/msg/Clock"
+    clock: Time = Time()
+
+
+class KeyValue(Message, frozen=True):
+    """A value that a diagnosis reports.
+
+    Attributes:
+        key: name of the value.
+        value: the value as text.
+    """
+
+    ros = "diagnostic_msgs/msg/KeyValue"
+    key: str = ""
+    value: str = ""
+
+
+class DiagnosticStatus(Message, frozen=True):
+    """State of one part of a robot.
+
+    Attributes:
+        level: 0 ok, 1 warning, 2 error, 3 stale.
+        name: name of the part.
+        message: its state in words.
+        hardware_id: the robot.
+        values: numbers behind the state.
+    """
+
+    ros = "diagnostic_msgs/msg/DiagnosticStatus"
+    level: Octet = 0
+    name: str = ""
+    message: str = ""
+    hardware_id: str = ""
+    values: tuple[KeyValue, ...] = ()
+
+
+class DiagnosticArray(Message, frozen=True):
+    """States of parts of a robot, as on `/diagnostics`.
+
+    Attributes:
+        header: time stamp.
+        status: the states.
+    """
+
+    ros = "diagnostic_msgs/msg/DiagnosticArray"
+    header: Header = Header()
+    status: tuple[DiagnosticStatus, ...] = ()
 
 
 class String(Message, frozen=True):

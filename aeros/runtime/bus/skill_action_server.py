@@ -112,6 +112,10 @@ class _GoalRunner:
             self._runtime.note("goal-rejected", refusal)
             _finish_goal(goal, StepResult(StepStatus.REFUSED, str(wrong)))
             return
+        if goal.requesters:
+            clients = [one._asdict() for one in goal.requesters]
+            asked = {"module": request.module, "skill": request.skill, "clients": clients}
+            self._runtime.note("goal-requested", asked)
         started = self._runtime.start(StepRequest(request.module, request.skill, inputs))
         if isinstance(started, StepResult):
             _finish_goal(goal, started)

@@ -68,6 +68,7 @@ SCALARS: dict[Any, str] = {
     str: "string",
     bool: "bool",
     float: "float64",
+    messages.Octet: "octet",
     messages.Int32: "int32",
     messages.Uint32: "uint32",
     messages.Nanoseconds: "uint32",

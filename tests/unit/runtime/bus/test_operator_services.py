@@ -10,7 +10,7 @@ import pytest
 
 from aeros.runtime.bus.in_process import InProcessBus
 from aeros.runtime.bus.messages import TriggerRequest, TriggerResponse
-from aeros.runtime.bus.operator_services import TRIGGER, serve_operator_commands
+from aeros.runtime.bus.operator_services import TRIGGER, OperatorRequests, serve_operator_commands
 from aeros.runtime.bus.port import NoServerError
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry import control_page as module
@@ -26,7 +26,7 @@ _LONG = 10.0
 @pytest.fixture
 def bus(tmp_path: Path) -> Iterator[InProcessBus]:
     bus = InProcessBus()
-    with serve_operator_commands(bus, tmp_path):
+    with serve_operator_commands(bus, OperatorRequests(tmp_path)):
         yield bus
 
 
@@ -60,7 +60,7 @@ def test_while_something_moves_no_rest_is_reported(
 def test_a_run_that_cannot_be_reached_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     bus = InProcessBus()
-    with serve_operator_commands(bus, tmp_path / "file"):
+    with serve_operator_commands(bus, OperatorRequests(tmp_path / "file")):
         response = ask(bus, "stop")
     assert not response.success
     assert response.message.startswith("the run cannot be reached")
@@ -68,7 +68,7 @@ def test_a_run_that_cannot_be_reached_is_reported(tmp_path: Path) -> None:
 
 def test_services_are_withdrawn_after_the_block(tmp_path: Path) -> None:
     bus = InProcessBus()
-    with serve_operator_commands(bus, tmp_path):
+    with serve_operator_commands(bus, OperatorRequests(tmp_path)):
         pass
     with pytest.raises(NoServerError):
         ask(bus, "stop")
@@ -79,7 +79,7 @@ def test_a_run_pauses_resumes_and_stops(tmp_path: Path) -> None:
     bus = InProcessBus()
     with (
         RegistryGovernor(registry, FixedModules(configuration())) as governor,
-        serve_operator_commands(bus, registry.folder),
+        serve_operator_commands(bus, OperatorRequests(registry.folder)),
     ):
         cart = Cart(tmp_path / "audit.jsonl", {"reach": asking(move(), move())}, governor=governor)
         step = cart.start("reach")

@@ -1,0 +1,71 @@
+"""URDF of a robot's chain, for `/robot_description`: the frames of `/tf`, with balls as the shapes of links.
+
+URDF turns by roll, pitch, yaw about fixed axes and moves by `xyz`; a modified Denavit-Hartenberg row is
+Rx(alpha)·Tx(a)·Rz(angle)·Tz(d). So a joint's origin is `rpy` (alpha, 0, 0) and `xyz`
+(a, -sin(alpha)·d, cos(alpha)·d), and its axis is z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from aeros.kinematic_chain import mounting_of
+from aeros.runtime.bus.transforms import BASE, TOOL, link_frame
+from aeros.runtime.ports import RobotBody, Vec3
+
+_COLOUR: Final = "0.75 0.76 0.8 1"
+
+
+def robot_description(name: str, body: RobotBody, joints: Sequence[str]) -> str:
+    """Describe a robot as URDF.
+
+    Joints are `continuous`, as a plan does not state their limits. Links have the balls that enclose them,
+    and neither meshes nor masses.
+
+    Args:
+        name: Name of the robot.
+        body: The chain.
+        joints: Names of the joints, one for each row of the chain.
+
+    Returns:
+        The XML text; its root link is `base`.
+    """
+    robot = Element("robot", name=name)
+    material = SubElement(robot, "material", name="link")
+    SubElement(material, "color", rgba=_COLOUR)
+    links = (BASE, *(link_frame(joint) for joint in joints))
+    for number, link in enumerate(links):
+        element = SubElement(robot, "link", name=link)
+        for ball in (one for one in body.balls if one.joint == number):
+            visual = SubElement(element, "visual")
+            SubElement(visual, "origin", xyz=_vector(ball.centre))
+            SubElement(SubElement(visual, "geometry"), "sphere", radius=_number(ball.radius))
+            SubElement(visual, "material", name="link")
+    SubElement(robot, "link", name=TOOL)
+    for joint, row, parent, child in zip(joints, body.dh_rows, links, links[1:], strict=False):
+        a, y, z, _, _ = mounting_of(row)
+        element = _joint(robot, joint, "continuous", (parent, child))
+        SubElement(element, "origin", xyz=_vector((a, y, z)), rpy=f"{_number(row[1])} 0 0")
+        SubElement(element, "axis", xyz="0 0 1")
+    SubElement(
+        _joint(robot, "tool_joint", "fixed", (links[-1], TOOL)), "origin", xyz=_vector(body.tool_offset)
+    )
+    indent(robot)
+    return tostring(robot, "unicode", xml_declaration=True)
+
+
+def _joint(robot: Element, name: str, kind: str, links: tuple[str, str]) -> Element:
+    element = SubElement(robot, "joint", name=name, type=kind)
+    SubElement(element, "parent", link=links[0])
+    SubElement(element, "child", link=links[1])
+    return element
+
+
+def _vector(at: Vec3) -> str:
+    return " ".join(_number(one) for one in at)
+
+
+def _number(value: float) -> str:
+    return repr(float(value) + 0.0)
