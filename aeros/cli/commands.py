@@ -129,6 +129,7 @@ GROUPS: Final[dict[str, CommandGroup]] = {
             "export": CommandEntry(
                 "connect.export_trees", "write a composition as a behaviour tree of another tool"
             ),
+            "serve": CommandEntry("connect.serve", "wait for instructions of other processes on ROS 2"),
             "ros2-messages": CommandEntry(
                 "connect.ros2_messages", "build the ROS 2 message packages and install them here"
             ),

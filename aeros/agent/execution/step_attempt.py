@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Final
 
 from aeros.agent.execution.after_failure import FailureRules
 from aeros.agent.execution.attempt import (
@@ -33,9 +33,19 @@ from aeros.runtime.ports import EndedStep, LogHead, Runtime, StepHandle, StepRes
 from aeros.spec.model.cause import Cause, causes_to_json
 from aeros.spec.model.ecm import Ecm
 
+_CANCEL_INTERVAL_S: Final = 0.1  # plant seconds between looks for a cancellation
+
 
 class StepRunner:
-    """Runner of skills through the runtime, which also keeps the world as last measured."""
+    """Runner of skills through the runtime, which also keeps the world as last measured.
+
+    Attributes:
+        is_cancelled: returns True once the run's client has cancelled it; None if nobody can.
+        was_cancelled: True if a wait has ended for that.
+    """
+
+    is_cancelled: Callable[[], bool] | None = None
+    was_cancelled: bool = False
 
     def __init__(self, runtime: Runtime, memory: Memory, journal: Journal, task: str, seed: int = 0) -> None:
         self._runtime = runtime
@@ -120,9 +130,17 @@ class StepRunner:
             until: plant time (s) at which the wait ends.
 
         Returns:
-            The step that ended, or None if none did before `until`.
+            The step that ended, or None if none did before `until`, or the run is cancelled meanwhile.
         """
-        return self._runtime.wait(until)
+        if self.is_cancelled is None or self.was_cancelled:
+            return self._runtime.wait(until)
+        while not self.is_cancelled():
+            turn = min(until, self._runtime.now() + _CANCEL_INTERVAL_S)
+            ended = self._runtime.wait(turn)
+            if ended is not None or turn >= until:
+                return ended
+        self.was_cancelled = True
+        return None
 
     def idle_until(self, until: float) -> None:
         """Let plant time pass while no step runs, then measure the world.

@@ -396,3 +396,50 @@ class ExecuteSkillResult(Message, frozen=True):
     allowed: Uint32 = 0
     attenuated: Uint32 = 0
     denied: Uint32 = 0
+
+
+class PursueGoal(Message, frozen=True):
+    """Goal: pursue one instruction.
+
+    Attributes:
+        instruction: words that tasks of the modules declare.
+        timeout: s on the plant's clock after which the task is cancelled; 0 for no limit.
+    """
+
+    ros = "aeros_msgs/action/Pursue_Goal"
+    instruction: str = ""
+    timeout: float = 0.0
+
+
+class PursueFeedback(Message, frozen=True):
+    """Newest event of the agent.
+
+    Attributes:
+        event: kind of event.
+        text: the event in words; may be empty.
+    """
+
+    ros = "aeros_msgs/action/Pursue_Feedback"
+    event: str = ""
+    text: str = ""
+
+
+class PursueResult(Message, frozen=True):
+    """End of a pursued instruction.
+
+    Attributes:
+        reached: True if the goal is measured as true.
+        reason: why it is not reached; empty if it is.
+        measured: values that the goal and the task are about, a JSON object.
+        steps: number of skill invocations.
+        allowed, attenuated, denied: numbers of decided actions.
+    """
+
+    ros = "aeros_msgs/action/Pursue_Result"
+    reached: bool = False
+    reason: str = ""
+    measured: str = "{}"
+    steps: Uint32 = 0
+    allowed: Uint32 = 0
+    attenuated: Uint32 = 0
+    denied: Uint32 = 0

@@ -136,8 +136,8 @@ class RosActionServer(Generic[G, F, R]):
                 goal.set_result(GoalStatus.ABORTED, self._kinds[2]())
 
     def _judge(self, _request: Any) -> GoalResponse:
-        is_refused = self._is_closed or self._waiting.qsize() >= self._max_waiting
-        return GoalResponse.REJECT if is_refused else GoalResponse.ACCEPT
+        is_full = self._is_closed or self._waiting.qsize() >= self._max_waiting
+        return GoalResponse.ACCEPT if self._node.is_accepting and not is_full else GoalResponse.REJECT
 
     def _accept(self, handle: Any) -> None:
         requesters = self._node.clients_of(f"{self._action}/_action/send_goal")

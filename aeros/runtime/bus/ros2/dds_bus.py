@@ -81,6 +81,23 @@ class DdsBus:
         """Full name of the node."""
         return str(self._node.get_fully_qualified_name())
 
+    def missing_for(self, kinds: tuple[type[Message], ...]) -> frozenset[str]:
+        """Find the packages that message types need and that are not installed.
+
+        Args:
+            kinds: The types.
+
+        Returns:
+            Names of packages.
+        """
+        missing = set()
+        for kind in kinds:
+            try:
+                self._converter.class_of(kind)
+            except MissingTypeError as error:
+                missing.add(error.package)
+        return frozenset(missing)
+
     def now(self) -> Time:
         """Read the node's clock.
 

@@ -84,6 +84,11 @@ class RobotNode(LifecycleNode):
         """Stop, and return when nothing moves."""
         return self._command(OperatorCommand.STOP)
 
+    @property
+    def is_accepting(self) -> bool:
+        """True while the operator lets actions begin; an inactive node refuses goals."""
+        return self._operator.current() is OperatorCommand.RUN
+
     def clients_of(self, service: str) -> tuple[Requester, ...]:
         """Find the nodes that have a client of a service: rclpy does not tell which of them asked.
 

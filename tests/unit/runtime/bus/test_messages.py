@@ -68,7 +68,7 @@ SCALARS: dict[Any, str] = {
     str: "string",
     bool: "bool",
     float: "float64",
-    messages.Octet: "octet",
+    messages.Octet: "byte",
     messages.Int32: "int32",
     messages.Uint32: "uint32",
     messages.Nanoseconds: "uint32",
