@@ -60,8 +60,8 @@ def interface_of(kinds: tuple[type[Message], ...]) -> str:
     Raises:
         BusError: They are not parts of one service or action.
     """
-    names = {kind.ros.rpartition("_")[0] for kind in kinds}
-    if len(names) != 1 or "" in names:
+    names = {kind.ros.rpartition("_")[0] for kind in kinds if "/msg/" not in kind.ros}
+    if len(names) != 1 or any("/msg/" in kind.ros for kind in kinds):
         raise BusError(f"{', '.join(kind.ros for kind in kinds)} are not parts of one service or action")
     return names.pop()
 

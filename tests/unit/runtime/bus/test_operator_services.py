@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from aeros.runtime.bus.in_process import InProcessBus
 from aeros.runtime.bus.messages import TriggerRequest, TriggerResponse
-from aeros.runtime.bus.operator_services import TRIGGER, OperatorRequests, serve_operator_commands
-from aeros.runtime.bus.port import NoServerError
+from aeros.runtime.bus.operator_services import (
+    OPERATOR_REQUEST,
+    TRIGGER,
+    OperatorRequests,
+    serve_operator_commands,
+)
+from aeros.runtime.bus.port import NoServerError, Requester
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry import control_page as module
 from aeros.runtime.registry.control_page import ControlPage
@@ -97,3 +103,41 @@ def test_a_run_pauses_resumes_and_stops(tmp_path: Path) -> None:
         assert [one.status.value for one in cart.ends(1).values()] == ["finished"]
         assert [len(cart.records(name)) for name in ("paused", "resumed")] == [1, 1]
         cart.audit.close()
+
+
+PLANNER = Requester("/planner", "01ff")
+
+
+def test_who_asked_is_recorded_before_the_command_is_given(tmp_path: Path) -> None:
+    requests = OperatorRequests(tmp_path)
+    recorded: list[tuple[str, Mapping[str, Any], OperatorCommand]] = []
+    with ControlPage(tmp_path) as live:
+        requests.open_record(lambda event, details: recorded.append((event, details, live.command)))
+        assert requests.request(OperatorCommand.PAUSE, "/aeros/pause", (PLANNER,)) is None
+        assert live.command is OperatorCommand.PAUSE
+    details = {
+        "command": "pause",
+        "service": "/aeros/pause",
+        "clients": [{"node": "/planner", "guid": "01ff"}],
+    }
+    assert recorded == [(OPERATOR_REQUEST, details, OperatorCommand.RUN)]
+
+
+def test_a_request_before_the_log_is_open_is_recorded_once_it_is(tmp_path: Path) -> None:
+    requests = OperatorRequests(tmp_path)
+    recorded: list[str] = []
+    assert requests.request(OperatorCommand.STOP, "/aeros/stop", (PLANNER,)) is None
+    requests.open_record(lambda _, details: recorded.append(details["service"]))
+    requests.open_record(lambda _, details: recorded.append(details["service"]))
+    assert recorded == ["/aeros/stop"]
+
+
+def test_a_stop_after_the_log_is_closed_is_still_obeyed(tmp_path: Path) -> None:
+    requests = OperatorRequests(tmp_path)
+    recorded: list[str] = []
+    requests.open_record(lambda event, _: recorded.append(event))
+    requests.close_record()
+    with ControlPage(tmp_path) as live:
+        assert requests.request(OperatorCommand.STOP, "/aeros/stop", (PLANNER,)) is None
+        assert live.command is OperatorCommand.STOP
+    assert recorded == []

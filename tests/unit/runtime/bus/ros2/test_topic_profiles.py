@@ -1,0 +1,25 @@
+"""Topics have the quality of service that the tools of ROS 2 subscribe with."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.runtime.bus.ros2.topic_profiles import TopicProfile, topic_profile
+
+
+@pytest.mark.parametrize("topic", ["/tf_static", "/robot_description"])
+def test_what_is_said_once_reaches_those_who_come_later(topic: str) -> None:
+    assert topic_profile(topic) == TopicProfile(depth=1, is_latched=True)
+
+
+def test_the_clock_is_not_sent_again() -> None:
+    assert not topic_profile("/clock").is_reliable
+
+
+def test_a_burst_of_decisions_waits_for_its_readers() -> None:
+    assert topic_profile("/aeros/decisions") == TopicProfile(depth=1_000)
+
+
+def test_a_publisher_can_ask_for_the_last_message_to_be_kept() -> None:
+    assert topic_profile("/aeros/state/x") == TopicProfile()
+    assert topic_profile("/aeros/state/x", is_latched=True) == TopicProfile(depth=1, is_latched=True)
