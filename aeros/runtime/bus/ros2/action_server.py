@@ -16,6 +16,7 @@ from aeros.runtime.bus.ros2.client import (
 )
 from aeros.runtime.bus.ros2.node import RobotNode
 from aeros.runtime.bus.ros2.ros_types import RosConverter, import_interface, interface_of
+from aeros.runtime.bus.ros2.topic_profiles import name_in_namespace
 
 
 class RosServerGoal(Generic[G, F, R]):
@@ -97,7 +98,7 @@ class RosActionServer(Generic[G, F, R]):
         waiting: int,
     ) -> None:
         self._node = node
-        self._action = action
+        self._action = name_in_namespace(action)
         self._kinds = kinds
         self._converter = converter
         self._max_waiting = waiting
@@ -108,7 +109,7 @@ class RosActionServer(Generic[G, F, R]):
         self._server = ActionServer(
             node,
             import_interface(interface_of(kinds)),
-            action,
+            self._action,
             execute_callback=self._execute,
             goal_callback=self._judge,
             handle_accepted_callback=self._accept,

@@ -19,7 +19,7 @@ from aeros.runtime.bus.ros2.client import (
 )
 from aeros.runtime.bus.ros2.node import RobotNode
 from aeros.runtime.bus.ros2.ros_types import MissingTypeError, RosConverter, import_interface, interface_of
-from aeros.runtime.bus.ros2.topic_profiles import topic_profile
+from aeros.runtime.bus.ros2.topic_profiles import name_in_namespace, topic_profile
 
 OWN_PACKAGE: Final = "aeros_msgs"
 
@@ -66,7 +66,9 @@ class DdsBus:
             return self._converter.to_ros(answer(self._converter.from_ros(request, kinds[0])))
 
         group = MutuallyExclusiveCallbackGroup()
-        served = self._node.create_service(import_interface(name), service, respond, callback_group=group)
+        served = self._node.create_service(
+            import_interface(name), name_in_namespace(service), respond, callback_group=group
+        )
         return lambda: self._node.destroy_service(served)
 
     def serve_action(
@@ -117,7 +119,7 @@ class DdsBus:
 
     def requesters(self, service: str) -> tuple[Requester, ...]:
         """Implement `ServingBus.requesters`."""
-        return self._node.clients_of(service)
+        return self._node.clients_of(name_in_namespace(service))
 
     def names(self) -> Mapping[str, str]:
         """Implement `ServingBus.names`."""
@@ -135,7 +137,7 @@ class DdsBus:
             reliability=ReliabilityPolicy.RELIABLE if profile.is_reliable else ReliabilityPolicy.BEST_EFFORT,
             durability=DurabilityPolicy.TRANSIENT_LOCAL if profile.is_latched else DurabilityPolicy.VOLATILE,
         )
-        made = self._node.create_publisher(self._converter.class_of(kind), topic, quality)
+        made = self._node.create_publisher(self._converter.class_of(kind), name_in_namespace(topic), quality)
         return _RosPublisher(made, self._converter)
 
 

@@ -93,7 +93,7 @@ class RobotNode(LifecycleNode):
         """Find the nodes that have a client of a service: rclpy does not tell which of them asked.
 
         Args:
-            service: Absolute name; of an action, that of its goal service.
+            service: Name, relative to the namespace or absolute; of an action, that of its goal service.
 
         Returns:
             The nodes, in order; empty if the middleware does not show them.

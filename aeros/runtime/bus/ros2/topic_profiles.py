@@ -34,6 +34,23 @@ _PROFILES: Final = {
 }
 
 
+_OF_ALL_ROBOTS: Final = frozenset({"/tf", "/tf_static", "/clock", "/diagnostics"})
+"""Topics that have one name however many robots there are."""
+
+
+def name_in_namespace(name: str) -> str:
+    """Return a name as the node gives it to ROS 2, so that each robot can have a namespace of its own.
+
+    Args:
+        name: Absolute name of a topic, service or action.
+
+    Returns:
+        The name relative to the node's namespace, which is `/` by default; the same name for topics that all
+        robots share.
+    """
+    return name if name in _OF_ALL_ROBOTS else name.removeprefix("/")
+
+
 def topic_profile(topic: str, *, is_latched: bool = False) -> TopicProfile:
     """Return the quality of service of a topic.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from xml.etree.ElementTree import Element, fromstring
 
 import pytest
@@ -42,11 +43,9 @@ def test_links_form_one_tree_from_the_base_to_the_tool() -> None:
     robot = described()
     links = [one.attrib["name"] for one in robot.findall("link")]
     assert links == ["base", "a_link", "b_link", "c_link", "tool"]
-    pairs = [(joint.find("parent"), joint.find("child")) for joint in robot.findall("joint")]
-    named = [
-        (one.attrib["link"], two.attrib["link"]) for one, two in pairs if one is not None and two is not None
-    ]
-    assert named == list(zip(links, links[1:], strict=False))
+    parents = [one.attrib["link"] for one in robot.findall("joint/parent")]
+    children = [one.attrib["link"] for one in robot.findall("joint/child")]
+    assert list(zip(parents, children, strict=True)) == list(pairwise(links))
     assert [one.attrib["type"] for one in robot.findall("joint")] == ["continuous"] * 3 + ["fixed"]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.runtime.bus.ros2.topic_profiles import TopicProfile, topic_profile
+from aeros.runtime.bus.ros2.topic_profiles import TopicProfile, name_in_namespace, topic_profile
 
 
 @pytest.mark.parametrize("topic", ["/tf_static", "/robot_description"])
@@ -23,3 +23,8 @@ def test_a_burst_of_decisions_waits_for_its_readers() -> None:
 def test_a_publisher_can_ask_for_the_last_message_to_be_kept() -> None:
     assert topic_profile("/aeros/state/x") == TopicProfile()
     assert topic_profile("/aeros/state/x", is_latched=True) == TopicProfile(depth=1, is_latched=True)
+
+
+def test_names_of_one_robot_are_in_its_namespace_and_shared_ones_are_not() -> None:
+    assert name_in_namespace("/aeros/pause") == "aeros/pause"
+    assert name_in_namespace("/tf") == "/tf"
