@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from aeros.cli.main import main
+from aeros.exit_codes import Exit
 from tests.unit.runtime.bus.ros2.foreign.environments import Domain
 
 pytestmark = pytest.mark.deep
@@ -25,13 +27,14 @@ def skill(name: str, **more: Any) -> dict[str, Any]:
 
 
 def test_skills_run_fail_and_are_cancelled(domain: Domain) -> None:
+    blocked = ("--id", "no", "--module", "fetch_object", "--skill", "deliver", "--reason", "not today")
+    assert main(["block", "--state", str(domain.folder / "state"), *blocked]) == Exit.SUCCESS
     with domain.robot(*_SERVE, "--execute-skill"):
         cancelled, finished, unknown, malformed, denied = domain.ask(
             skill("navigate", cancel_after=1.5),
             skill("navigate"),
             skill("nosuch"),
             {**skill("navigate"), "goal": {"module": "fetch_object", "skill": "navigate", "inputs": "[]"}},
-            # Nothing is held, so the policy has something to say.
             skill("deliver"),
         )
     assert cancelled["status"] == _CANCELED
@@ -43,6 +46,8 @@ def test_skills_run_fail_and_are_cancelled(domain: Domain) -> None:
     assert unknown["result"]["reason"] == "module `fetch_object` has no skill `nosuch`"
     assert malformed["result"]["reason"] == "the inputs are not a JSON object"
     assert denied["status"] == _ABORTED
+    assert denied["result"]["status"] == "denied"
+    assert "not today" in denied["result"]["reason"]
     events = domain.events()
     assert len([one for one in events if one["event"] == "decision"]) >= finished["result"]["allowed"]
     asked = [one["details"] for one in events if one["event"] == "goal-requested"]
