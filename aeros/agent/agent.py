@@ -181,7 +181,7 @@ class Agent:
 
     def _task_loop(self, routed: RoutedTask, timeout: float | None, position: ErrandPosition) -> TaskLoop:
         attempts = StepRunner(self._runtime, self._memory, self._journal, str(routed), self._seed)
-        attempts.is_cancelled = self.is_cancelled
+        attempts.waiting.is_cancelled = self.is_cancelled
         return TaskLoop(
             self._runtime,
             self._planner,

@@ -237,7 +237,7 @@ class TaskLoop:
             end = self._run_plan()
             if self._is_goal_reached():
                 break
-            if self._attempts.was_cancelled:
+            if self._attempts.waiting.was_cancelled:
                 return "cancelled by the client"
             if self._engine.timed_out or self._runtime.now() >= self._until:
                 return f"{_timeout_text(self._timeout)}; the plan ended: {end.reason}"

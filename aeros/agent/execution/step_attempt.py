@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Final
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from aeros.agent.execution.after_failure import FailureRules
 from aeros.agent.execution.attempt import (
@@ -19,6 +19,7 @@ from aeros.agent.execution.attempt_journal import (
     record_provider_choice,
     record_start,
 )
+from aeros.agent.execution.cancellable_wait import CancellableWait
 from aeros.agent.execution.dispatcher import ChosenComposition, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.planning_memory import PlanningMemory
@@ -33,19 +34,9 @@ from aeros.runtime.ports import EndedStep, LogHead, Runtime, StepHandle, StepRes
 from aeros.spec.model.cause import Cause, causes_to_json
 from aeros.spec.model.ecm import Ecm
 
-_CANCEL_INTERVAL_S: Final = 0.1  # plant seconds between looks for a cancellation
-
 
 class StepRunner:
-    """Runner of skills through the runtime, which also keeps the world as last measured.
-
-    Attributes:
-        is_cancelled: returns True once the run's client has cancelled it; None if nobody can.
-        was_cancelled: True if a wait has ended for that.
-    """
-
-    is_cancelled: Callable[[], bool] | None = None
-    was_cancelled: bool = False
+    """Runner of skills through the runtime, which also keeps the world as last measured."""
 
     def __init__(self, runtime: Runtime, memory: Memory, journal: Journal, task: str, seed: int = 0) -> None:
         self._runtime = runtime
@@ -54,6 +45,7 @@ class StepRunner:
         self.dispatcher = Dispatcher(runtime, memory, task, seed)
         self._task = task
         self._exactly = CachingConverter()
+        self.waiting = CancellableWait(runtime)
         self.planned_in: list[Mapping[str, Any]] = []
         self._failures: list[Cause] = []
         self.records: list[StepRecord] = []
@@ -132,15 +124,7 @@ class StepRunner:
         Returns:
             The step that ended, or None if none did before `until`, or the run is cancelled meanwhile.
         """
-        if self.is_cancelled is None or self.was_cancelled:
-            return self._runtime.wait(until)
-        while not self.is_cancelled():
-            turn = min(until, self._runtime.now() + _CANCEL_INTERVAL_S)
-            ended = self._runtime.wait(turn)
-            if ended is not None or turn >= until:
-                return ended
-        self.was_cancelled = True
-        return None
+        return self.waiting.until(until)
 
     def idle_until(self, until: float) -> None:
         """Let plant time pass while no step runs, then measure the world.
@@ -148,7 +132,7 @@ class StepRunner:
         Args:
             until: plant time (s).
         """
-        self._runtime.wait(until)
+        self.waiting.until(until)
         self.observe()
 
     def cancel(self, handle: StepHandle, reason: str) -> None:

@@ -13,6 +13,8 @@ from aeros.apps.ros2.health import health_message
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.bus.messages import DiagnosticArray
 from aeros.runtime.bus.operator_services import OperatorRequests, serve_operator_commands
+from aeros.runtime.bus.ros2.sensed_plant import SensedPlant
+from aeros.runtime.bus.ros2.topic_sensors import TopicSensor
 from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.registry import Registry
 from aeros.session.assembly import RecordedPlant
@@ -39,9 +41,18 @@ class RobotBus:
         requests: Carries out the operator's commands of peers.
         page: The control page of the robot.
         site: Names the robot.
+        sensors: Sensors on topics.
     """
 
-    def __init__(self, bus: DdsBus, requests: OperatorRequests, page: ControlPage, site: Site) -> None:
+    def __init__(
+        self,
+        bus: DdsBus,
+        requests: OperatorRequests,
+        page: ControlPage,
+        site: Site,
+        sensors: Sequence[TopicSensor] = (),
+    ) -> None:
+        self._sensors = sensors
         self.bus = bus
         self._requests = requests
         self._page = page
@@ -65,8 +76,27 @@ class RobotBus:
         finally:
             self._requests.close_record()
 
+    def with_sensors(self, recorded: RecordedPlant) -> RecordedPlant:
+        """Let the sensors on topics measure their variables in place of the plant.
+
+        Args:
+            recorded: The robot.
+
+        Returns:
+            The robot with these sensors; which they are is in the audit record.
+        """
+        if not self._sensors:
+            return recorded
+        named = [{"variable": one.variable, "topic": one.topic, "type": one.ros} for one in self._sensors]
+        recorded.audit.append("note", {"event": "topic-sensors", "details": {"sensors": named}})
+        return recorded._replace(plant=SensedPlant(recorded.plant, self._sensors))
+
     def summary(self) -> str:
-        """Describe the bus in one line for the summary of a run."""
+        """Describe the bus for the summary of a run.
+
+        Returns:
+            Node, domain and range; a line more for each missing package, and for lost messages.
+        """
         text = f"node {self.bus.node_name}, {reach_text(os.environ)}"
         for name, reason in sorted(self.bus.missing.items()):
             text += f"\n           {name}: {reason}"
@@ -96,7 +126,11 @@ class RobotBus:
 
 @contextmanager
 def open_robot_bus(
-    state: Path, site: Site, facts: Mapping[str, Any], ros_arguments: Sequence[str]
+    state: Path,
+    site: Site,
+    facts: Mapping[str, Any],
+    ros_arguments: Sequence[str],
+    sensors: Sequence[TopicSensor] = (),
 ) -> Iterator[RobotBus]:
     """Open the node of a robot; it spins until the block ends.
 
@@ -105,6 +139,7 @@ def open_robot_bus(
         site: The site in force.
         facts: Read-only parameters of the node.
         ros_arguments: Arguments after `--ros-args`.
+        sensors: Sensors on topics.
 
     Yields:
         The bus.
@@ -127,6 +162,8 @@ def open_robot_bus(
     with closing(ControlPage(folder)) as page:
         operator = Operator(lambda: page.command, requests.request)
         with open_node(NODE, ros_arguments, facts, operator) as node:
-            robot = RobotBus(DdsBus(node), requests, page, site)
+            robot = RobotBus(DdsBus(node), requests, page, site, sensors)
             robot.report_health()
+            for sensor in sensors:
+                robot.bus.listen(sensor)
             yield robot

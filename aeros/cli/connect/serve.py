@@ -150,7 +150,11 @@ class _Server:
         self._peers = peers
 
     def run(self, governor: RunGovernor, out: Path, signing: SigningConfiguration | None) -> None:
-        """Serve goals until the operator stops the robot."""
+        """Serve goals until the operator stops the robot.
+
+        Raises:
+            PlantSetupError: `aeros_msgs` is not installed.
+        """
         bus, arguments = self._peers.bus, self._arguments
         if "aeros_msgs" in bus.missing_for((*PURSUIT, *EXECUTE)):
             raise PlantSetupError(
@@ -161,7 +165,7 @@ class _Server:
         setup = self._setup(out, signing, instructions)
         with (
             open_recorded_plant(setup) as recorded,
-            open_agent(setup, recorded, governor) as (executor, agent, _),
+            open_agent(setup, self._peers.with_sensors(recorded), governor) as (executor, agent, _),
             self._peers.serve(recorded),
         ):
             save_latest_run(arguments.state, out)
@@ -205,7 +209,11 @@ class _Server:
         )
 
     def _understand(self, instruction: str) -> Understanding:
-        """Understand an instruction whose tasks take place where the robot is set up."""
+        """Understand an instruction whose tasks take place where the robot is set up.
+
+        Raises:
+            InstructionError: It is not understood, or takes place elsewhere.
+        """
         configuration = self._governor.configuration()[1]
         meaning = understand_instruction(instruction, configuration, self._governor)
         scenes = {task.scene for task in self._tasks}

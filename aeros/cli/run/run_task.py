@@ -96,7 +96,11 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
         referee.plant = recorded.plant
         with (
             RunGovernor(request.governor, notifier) as governor,
-            open_agent(setup, recorded, governor) as (_, agent, gate),
+            open_agent(setup, recorded if peers is None else peers.with_sensors(recorded), governor) as (
+                _,
+                agent,
+                gate,
+            ),
             nullcontext() if peers is None else peers.serve(recorded),
         ):
             save_latest_run(arguments.state, out)

@@ -6,14 +6,11 @@ import threading
 from queue import Empty, SimpleQueue
 from typing import Any, Generic
 
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.task import Future
+
 from aeros.runtime.bus.port import BusError, F, G, GoalStatus, R, Requester
-from aeros.runtime.bus.ros2.client import (
-    ActionServer,
-    CancelResponse,
-    Future,
-    GoalResponse,
-    ReentrantCallbackGroup,
-)
 from aeros.runtime.bus.ros2.node import RobotNode
 from aeros.runtime.bus.ros2.ros_types import RosConverter, import_interface, interface_of
 from aeros.runtime.bus.ros2.topic_profiles import name_in_namespace
@@ -57,7 +54,11 @@ class RosServerGoal(Generic[G, F, R]):
             self._handle.publish_feedback(self._converter.to_ros(feedback))
 
     def set_result(self, status: GoalStatus, result: R) -> None:
-        """Implement `ServerGoal.set_result`."""
+        """Implement `ServerGoal.set_result`.
+
+        Raises:
+            BusError: There is a result already, or `status` is not an end.
+        """
         if not status.is_over:
             raise BusError(f"{status.name} is not an end")
         with self._lock:

@@ -6,20 +6,16 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final, Generic
 
 import msgspec
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from aeros.runtime.bus.messages import Message, String, Time
 from aeros.runtime.bus.port import BusError, F, G, M, Publisher, Q, R, Requester
 from aeros.runtime.bus.ros2.action_server import RosActionServer
-from aeros.runtime.bus.ros2.client import (
-    DurabilityPolicy,
-    HistoryPolicy,
-    MutuallyExclusiveCallbackGroup,
-    QoSProfile,
-    ReliabilityPolicy,
-)
 from aeros.runtime.bus.ros2.node import RobotNode
 from aeros.runtime.bus.ros2.ros_types import MissingTypeError, RosConverter, import_interface, interface_of
 from aeros.runtime.bus.ros2.topic_profiles import name_in_namespace, topic_profile
+from aeros.runtime.bus.ros2.topic_sensors import TopicSensor
 
 OWN_PACKAGE: Final = "aeros_msgs"
 
@@ -116,6 +112,29 @@ class DdsBus:
             call: The function.
         """
         self._node.create_timer(seconds, call, callback_group=MutuallyExclusiveCallbackGroup())
+
+    def listen(self, sensor: TopicSensor) -> None:
+        """Give the messages of a sensor's topic to the sensor, as fast as they come.
+
+        Args:
+            sensor: The sensor.
+        """
+
+        def receive(message: Any) -> None:
+            now = self.now()
+            sensor.receive(message, now.sec + 1e-9 * now.nanosec)
+
+        # Drivers publish as best effort; one who asks for that gets reliable publishers, too.
+        quality = QoSProfile(
+            history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT
+        )
+        self._node.create_subscription(
+            import_interface(sensor.ros),
+            name_in_namespace(sensor.topic),
+            receive,
+            quality,
+            callback_group=MutuallyExclusiveCallbackGroup(),
+        )
 
     def requesters(self, service: str) -> tuple[Requester, ...]:
         """Implement `ServingBus.requesters`."""

@@ -12,16 +12,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Final, NamedTuple
 
+from rclpy import Context, init, shutdown
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+from rclpy.signals import SignalHandlerOptions
+
 from aeros.runtime.bus.port import Requester
-from aeros.runtime.bus.ros2.client import (
-    Context,
-    LifecycleNode,
-    MultiThreadedExecutor,
-    SignalHandlerOptions,
-    TransitionCallbackReturn,
-    init,
-    shutdown,
-)
 from aeros.runtime.bus.ros2.lifecycle_steps import LifecycleStep, next_step
 from aeros.runtime.execution.governor import OperatorCommand
 
@@ -65,23 +61,58 @@ class RobotNode(LifecycleNode):
         self.create_timer(_SYNC_INTERVAL_S, self._follow, callback_group=self.default_callback_group)
 
     def on_configure(self, state: Any) -> TransitionCallbackReturn:
-        """Allow what the run itself begins; the robot is proved and opened before the node is configured."""
+        """Allow what the run itself begins; the robot is proved and opened before the node is configured.
+
+        Args:
+            state: State before the transition.
+
+        Returns:
+            SUCCESS for the run itself, FAILURE for a peer.
+        """
         return self._result(is_allowed=self._is_following)
 
     def on_cleanup(self, state: Any) -> TransitionCallbackReturn:
-        """Refuse: the robot is closed at the end of the run alone."""
+        """Refuse: the robot is closed at the end of the run alone.
+
+        Args:
+            state: State before the transition.
+
+        Returns:
+            FAILURE.
+        """
         return self._result(is_allowed=False)
 
     def on_activate(self, state: Any) -> TransitionCallbackReturn:
-        """Resume."""
+        """Resume.
+
+        Args:
+            state: State before the transition.
+
+        Returns:
+            SUCCESS; FAILURE if that was not possible.
+        """
         return self._command(OperatorCommand.RUN)
 
     def on_deactivate(self, state: Any) -> TransitionCallbackReturn:
-        """Pause, and return when nothing moves."""
+        """Pause, and return when nothing moves.
+
+        Args:
+            state: State before the transition.
+
+        Returns:
+            SUCCESS; FAILURE if something still moves.
+        """
         return self._command(OperatorCommand.PAUSE)
 
     def on_shutdown(self, state: Any) -> TransitionCallbackReturn:
-        """Stop, and return when nothing moves."""
+        """Stop, and return when nothing moves.
+
+        Args:
+            state: State before the transition.
+
+        Returns:
+            SUCCESS; FAILURE if something still moves.
+        """
         return self._command(OperatorCommand.STOP)
 
     @property

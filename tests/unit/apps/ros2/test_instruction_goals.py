@@ -51,7 +51,7 @@ class Pursuing:
 
 
 def asked(agent: Any, goal: PursueGoal, understand: Callable[[str], Any] = lambda text: text) -> Any:
-    """What became of a goal: the client's end of it, and the notes."""
+    """The client's end of a goal after a turn of the server, and the notes."""
     bus, notes = InProcessBus(), Notes()
     goals = InstructionGoals(bus.serve_action(PURSUE, PURSUIT), understand)
     client = bus.send_goal(PURSUE, PURSUIT, goal)

@@ -108,7 +108,7 @@ def test_a_run_pauses_resumes_and_stops(tmp_path: Path) -> None:
 PLANNER = Requester("/planner", "01ff")
 
 
-def test_who_asked_is_recorded_before_the_command_is_given(tmp_path: Path) -> None:
+def test_the_clients_are_recorded_before_the_command_is_given(tmp_path: Path) -> None:
     requests = OperatorRequests(tmp_path)
     recorded: list[tuple[str, Mapping[str, Any], OperatorCommand]] = []
     with ControlPage(tmp_path) as live:

@@ -13,7 +13,7 @@ _AFTER = {
     LifecycleStep.DEACTIVATE: "inactive",
     LifecycleStep.SHUTDOWN: "finalized",
 }
-_MEANT = {
+_STATE_OF = {
     OperatorCommand.RUN: "active",
     OperatorCommand.PAUSE: "inactive",
     OperatorCommand.STOP: "finalized",
@@ -22,11 +22,11 @@ _MEANT = {
 
 @pytest.mark.parametrize("command", list(OperatorCommand))
 @pytest.mark.parametrize("state", ["unconfigured", "inactive", "active"])
-def test_the_steps_lead_to_the_state_that_is_meant(state: str, command: OperatorCommand) -> None:
+def test_the_steps_lead_to_the_state_of_the_command(state: str, command: OperatorCommand) -> None:
     while (step := next_step(state, command)) is not None:
-        assert state != _MEANT[command]
+        assert state != _STATE_OF[command]
         state = _AFTER[step]
-    assert state == _MEANT[command]
+    assert state == _STATE_OF[command]
 
 
 @pytest.mark.parametrize("state", ["finalized", "activating", "errorprocessing"])

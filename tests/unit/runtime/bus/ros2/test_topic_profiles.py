@@ -8,7 +8,7 @@ from aeros.runtime.bus.ros2.topic_profiles import TopicProfile, name_in_namespac
 
 
 @pytest.mark.parametrize("topic", ["/tf_static", "/robot_description"])
-def test_what_is_said_once_reaches_those_who_come_later(topic: str) -> None:
+def test_descriptions_reach_later_readers(topic: str) -> None:
     assert topic_profile(topic) == TopicProfile(depth=1, is_latched=True)
 
 

@@ -25,7 +25,7 @@ from typing import Any
 
 from benchmarks.command import build_parser, print_json
 
-_ECMS = Path(__file__).parents[1] / "ecms"
+_ECMS = Path(__file__).parents[2] / "ecms"
 
 _BARE_SERVER = """
 import rclpy
@@ -63,8 +63,8 @@ def _process(*command: str) -> Iterator[None]:
         process.wait()
 
 
-def _percentiles(taken: list[float]) -> dict[str, float]:
-    ordered = sorted(taken)
+def _percentiles(times: list[float]) -> dict[str, float]:
+    ordered = sorted(times)
     return {f"p{part}": 1e6 * ordered[min(len(ordered) - 1, len(ordered) * part // 100)] for part in (50, 99)}
 
 
@@ -80,14 +80,14 @@ def _call_times(service: str, ros: str, count: int) -> dict[str, float]:
     client = node.create_client(kind, service)
     if not client.wait_for_service(timeout_sec=60.0):
         raise SystemExit(f"nobody offers {service}")
-    taken = []
+    times = []
     for _ in range(count):
         began = time.perf_counter()
         rclpy.spin_until_future_complete(node, client.call_async(kind.Request()))
-        taken.append(time.perf_counter() - began)
+        times.append(time.perf_counter() - began)
     node.destroy_node()
     rclpy.shutdown()
-    return _percentiles(taken)
+    return _percentiles(times)
 
 
 def _publish_times(count: int) -> dict[str, dict[str, dict[str, float]]]:
@@ -134,13 +134,13 @@ def _publish_times(count: int) -> dict[str, dict[str, dict[str, float]]]:
 
 
 def _repeat(call: Callable[[], object], count: int) -> dict[str, float]:
-    taken = []
+    times = []
     for _ in range(count):
         began = time.perf_counter()
         call()
-        taken.append(time.perf_counter() - began)
+        times.append(time.perf_counter() - began)
         time.sleep(0.0005)
-    return _percentiles(taken)
+    return _percentiles(times)
 
 
 def measure(*, is_quick: bool) -> dict[str, Any]:
