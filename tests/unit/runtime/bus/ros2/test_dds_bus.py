@@ -82,3 +82,25 @@ def test_without_aeros_msgs_decisions_are_json_text(domain: Domain) -> None:
     assert json.loads(heard["/aeros/decisions/json"]["last"]["data"])["verdict"] == "ALLOW"
     assert "aeros_msgs: not installed: topics TOPIC/json have JSON text, no actions" in domain.output
     assert "tf2_msgs: not installed: topics of its types are left out" in domain.output
+
+
+def test_a_person_on_a_topic_stops_the_arm(domain: Domain) -> None:
+    """A peer's distance is far, then near, then silent: the arm moves, stops, and stays denied."""
+    reading = {"do": "publish_range", "topic": "/nearest", "rate": 100.0}
+    peer = domain.start_peer(
+        {**reading, "value": 8.0, "seconds": 16.0},
+        {**reading, "value": 0.2, "seconds": 8.0},
+        {"do": "listen", "seconds": 4.0},
+    )
+    sensor = ("--topic-sensor", "human_distance=/nearest")
+    with domain.robot(*_RUN, *sensor):
+        peer.communicate(timeout=100.0)
+    events = domain.events()
+    (named,) = (one["details"]["sensors"] for one in events if one["event"] == "topic-sensors")
+    assert named == [{"variable": "human_distance", "topic": "/nearest", "type": "sensor_msgs/msg/Range"}]
+    decisions = [one["details"] for one in events if one["event"] == "decision"]
+    verdicts = [one["verdict"] for one in decisions]
+    assert "ALLOW" in verdicts
+    assert "DENY" in verdicts[verdicts.index("ALLOW") :]
+    reasons = json.dumps([one["reasons"] for one in decisions if one["verdict"] == "DENY"])
+    assert "human_distance" in reasons

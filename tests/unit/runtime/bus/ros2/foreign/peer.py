@@ -145,6 +145,19 @@ class Peer:
         self.node.destroy_client(client)
         return found
 
+    def publish_range(self, topic, value, rate, seconds):
+        """Publish a distance at a rate."""
+        kind = interface("sensor_msgs/msg/Range")
+        publisher = self.node.create_publisher(kind, topic, 10)
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            message = kind(min_range=0.05, max_range=20.0, range=value)
+            message.header.stamp = self.node.get_clock().now().to_msg()
+            publisher.publish(message)
+            time.sleep(1.0 / rate)
+        self.node.destroy_publisher(publisher)
+        return {}
+
     def flood(self, service, type, count):
         """Send requests without waiting for answers."""
         kind = interface(type)
