@@ -101,6 +101,8 @@ def test_a_person_on_a_topic_stops_the_arm(domain: Domain) -> None:
     decisions = [one["details"] for one in events if one["event"] == "decision"]
     verdicts = [one["verdict"] for one in decisions]
     assert "ALLOW" in verdicts
-    assert "DENY" in verdicts[verdicts.index("ALLOW") :]
-    reasons = json.dumps([one["reasons"] for one in decisions if one["verdict"] == "DENY"])
-    assert "human_distance" in reasons
+    stops = {one["details"].get("reason") for one in events if one["event"] == "stopped"}
+    assert "separation" in stops
+    codes = [reason[0] for one in decisions if one["verdict"] == "DENY" for reason in one["reasons"]]
+    # First too near, then too old.
+    assert codes.index("AE750") < codes.index("AE706")

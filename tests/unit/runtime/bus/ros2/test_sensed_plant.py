@@ -39,10 +39,10 @@ class Recording:
         self.calls.append((now, reason))
 
 
-def sensed(plant: Any) -> SensedPlant:
+def sensed(plant: Any, sleep: Any = lambda _: None) -> SensedPlant:
     sensor = TopicSensor("d", "/d", "std_msgs/msg/Float64", lambda: 0.0)
     sensor.receive(SimpleNamespace(data=2.0), now=0.0)
-    return SensedPlant(plant, [sensor])
+    return SensedPlant(plant, [sensor], sleep)
 
 
 def test_an_observation_has_the_reading_of_the_topic() -> None:
@@ -54,3 +54,14 @@ def test_the_monitor_gets_it_at_every_tick_and_its_answer_counts() -> None:
     sensed(plant).advance(monitor, 2.0)
     assert monitor.calls == [(1.5, {"d": Reading(2.0, 1.5), "q": 0.5}), (2.0, "blocked")]
     assert plant.answer == "separation"
+
+
+def test_a_simulator_waits_for_real_time_and_a_robot_does_not() -> None:
+    waits: list[float] = []
+    sensed(Ticking(), waits.append).advance(Recording(), 2.0)
+    assert len(waits) == 1
+    assert 0.4 < waits[0] <= 0.5
+    robot = Ticking()
+    robot.runs_in_real_time = True  # type: ignore[attr-defined]
+    sensed(robot, waits.append).advance(Recording(), 2.0)
+    assert len(waits) == 1
