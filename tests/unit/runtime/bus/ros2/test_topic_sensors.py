@@ -57,7 +57,7 @@ def test_a_message_gives_the_nearest_distance_or_nothing(message: Any, ros: str,
     assert SAMPLERS[ros](message).value == value
 
 
-def test_without_a_message_the_variable_is_unknown_whatever_the_plant_measures() -> None:
+def test_without_a_message_the_variable_is_unknown_though_the_plant_measures_it() -> None:
     readings = TopicReadings([TopicSensor("d", "/d", RANGE, Wall())], is_real_time=True)
     assert readings.put_into({"d": 20.0, "q": 1.0}, 5.0) == {"q": 1.0}
 
