@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.unit.runtime.bus.ros2.foreign.environments import Domain
+from tests.unit.runtime.bus.ros2.foreign.environments import Domain, cyclone_environment
 
 pytestmark = pytest.mark.deep
 
@@ -82,6 +85,23 @@ def test_without_aeros_msgs_decisions_are_json_text(domain: Domain) -> None:
     assert json.loads(heard["/aeros/decisions/json"]["last"]["data"])["verdict"] == "ALLOW"
     assert "aeros_msgs: not installed: topics TOPIC/json have JSON text, no actions" in domain.output
     assert "tf2_msgs: not installed: topics of its types are left out" in domain.output
+
+
+def test_a_reader_of_another_vendor_gets_every_decision(domain: Domain) -> None:
+    folder = Path(__file__).parent / "foreign"
+    reader = subprocess.Popen(
+        [cyclone_environment(), "-I", folder / "cyclone_reader.py", domain.variables["ROS_DOMAIN_ID"], "60"],
+        env={**os.environ, "CYCLONEDDS_URI": (folder / "cyclone_on_this_machine.xml").as_uri()},
+        text=True,
+        stdout=subprocess.PIPE,
+    )
+    assert reader.stdout is not None
+    assert reader.stdout.readline() == "ready\n"
+    with domain.robot(*_RUN) as robot:
+        robot.communicate(timeout=90.0)
+    out, _ = reader.communicate(timeout=90.0)
+    decided = sum(record.get("event") == "decision" for record in domain.events())
+    assert json.loads(out) == {"count": decided, "verdict": "ALLOW"}
 
 
 def test_a_person_on_a_topic_stops_the_arm(domain: Domain) -> None:

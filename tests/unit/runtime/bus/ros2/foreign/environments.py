@@ -64,6 +64,20 @@ def environments() -> Environments:
     return found
 
 
+def cyclone_environment() -> Path:
+    """Make an environment with Cyclone DDS alone, or find that of an earlier run; return its interpreter."""
+    folder = cache_folder().parent / "ros2-tests" / f"cyclonedds-11.0.1-{sys.implementation.cache_tag}"
+    folder.mkdir(parents=True, exist_ok=True)
+    python = folder / "env" / "bin" / "python"
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "ready").exists():
+            venv.create(folder / "env", with_pip=True, symlinks=True, clear=True)
+            _run([python, "-m", "pip", "install", "-q", "cyclonedds==11.0.1"])
+            (folder / "ready").touch()
+    return python
+
+
 def _see_this_environment(python: Path) -> None:
     (packages,) = python.parents[1].glob("lib/python*/site-packages")
     here = sysconfig.get_paths()["purelib"]
