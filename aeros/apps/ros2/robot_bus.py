@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -161,7 +161,13 @@ def open_robot_bus(
     requests = OperatorRequests(folder)
     with closing(ControlPage(folder)) as page:
         operator = Operator(lambda: page.command, requests.request)
-        with open_node(NODE, ros_arguments, facts, operator) as node:
+        with ExitStack() as stack:
+            try:
+                node = stack.enter_context(open_node(NODE, ros_arguments, facts, operator))
+            # rclpy has no common class of its errors: arguments, security, the middleware.
+            except Exception as error:
+                first = str(error).partition("\n")[0]
+                raise PlantSetupError(f"ROS 2 does not start: {first}") from error
             robot = RobotBus(DdsBus(node), requests, page, site, sensors)
             robot.report_health()
             for sensor in sensors:

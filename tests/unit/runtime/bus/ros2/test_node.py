@@ -117,3 +117,18 @@ def test_ctrl_c_ends_robot_and_node_in_order(domain: Domain) -> None:
     assert "chain sound, signed and anchored" in domain.output
     assert "terminate called" not in domain.output
     assert "Traceback" not in domain.output
+
+
+@pytest.mark.parametrize(
+    ("given", "variables"),
+    [(("-r", "nonsense"), {}), ((), {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce"})],
+)
+def test_a_node_that_cannot_start_moves_nothing(
+    given: tuple[str, ...], variables: dict[str, str], domain: Domain
+) -> None:
+    domain.variables |= variables
+    with domain.robot(*_SERVE, "--ros-args", *given) as robot:
+        out, _ = robot.communicate(timeout=60.0)
+        assert robot.returncode == 1
+    assert "aeros: ROS 2 does not start: " in out
+    assert not (domain.folder / "out" / "audit.jsonl").exists()
