@@ -38,7 +38,7 @@ def record(domain: Domain, out: str) -> list[Any]:
 
 @pytest.mark.deep
 def test_a_listener_that_is_killed_changes_nothing_in_the_record(domain: Domain) -> None:
-    with domain.robot("run", *_TASK, "--out", "alone", "--state", "state-a") as robot:
+    with domain.robot("run", *_TASK, "--out", "alone", "--state", "state-a", is_on_ros2=False) as robot:
         robot.communicate(timeout=120.0)
     peer = domain.start_peer(
         {"do": "subscribe", "topic": "/aeros/decisions", "type": "aeros_msgs/msg/Decision"},
