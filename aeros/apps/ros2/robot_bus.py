@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.apps.ros2.discovery import default_discovery, reach_text
 from aeros.apps.ros2.health import health_message
+from aeros.distribution import install_command
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.bus.messages import DiagnosticArray
 from aeros.runtime.bus.operator_services import OperatorRequests, serve_operator_commands
@@ -155,7 +156,7 @@ def open_robot_bus(
     except ImportError as error:
         raise PlantSetupError(
             f"--ros2 needs rclpy ({error}): source your ROS 2 distribution, or, to try it, "
-            "`pip install 'aeros[ros2]'`"
+            f"{install_command('ros2')}"
         ) from error
     folder = Registry(state).folder
     requests = OperatorRequests(folder)
