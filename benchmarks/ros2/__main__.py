@@ -181,8 +181,8 @@ def main() -> None:
     print(found["machine"])
     print("microseconds       aeros p50  p99     rclpy p50  p99")
     for name, row in {**found["services"], **found["publish"]}.items():
-        aeros, bare = row["aeros"], row["rclpy"]
-        print(f"{name:<18} {aeros['p50']:>8.0f} {aeros['p99']:>7.0f} {bare['p50']:>8.0f} {bare['p99']:>7.0f}")
+        ours, bare = row["aeros"], row["rclpy"]
+        print(f"{name:<18} {ours['p50']:>8.0f} {ours['p99']:>7.0f} {bare['p50']:>8.0f} {bare['p99']:>7.0f}")
 
 
 if __name__ == "__main__":
