@@ -23,7 +23,7 @@ COVERED := 97:aeros/runtime/gate/*.py,aeros/runtime/gate/compiled/*.py 98:aeros/
 LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-strip-extras --custom-compile-command 'make lock'
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help install demo clips quick test deep format lint types layers proofs pytest mutation coverage benchmark hook tools schemas site dist lock clean
+.PHONY: help install demo clips quick test deep format lint types layers proofs pytest mutation coverage benchmark ros hook tools schemas site dist lock clean
 
 help: ## list the targets
 	@awk -F ' ## ' '/^[a-z]+:.* ## / { sub(/:.*/, "", $$1); printf "  make %-9s %s\n", $$1, $$2 }' Makefile
@@ -100,6 +100,12 @@ benchmark: $(VENV)/.installed-test ## run one: make benchmark BENCHMARK=verify; 
 	@mkdir -p runs/benchmarks
 	@$(BIN)/python -m benchmarks.$(BENCHMARK) > runs/benchmarks/$(BENCHMARK).txt
 	@cat runs/benchmarks/$(BENCHMARK).txt
+
+ros: ## ROS 2 from PyPI in an environment of its own: build the messages, and measure beside rclpy alone
+	@test -x runs/ros/bin/python || $(PYTHON) -m venv runs/ros
+	@runs/ros/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[kinematic]' --editable '.[ros2]'
+	@runs/ros/bin/aeros ros2-messages
+	@runs/ros/bin/python -m benchmarks.ros2
 
 hook: $(VENV)/.installed-test $(VENV)/.installed-tools ## let pre-commit install and run the hook for users: reaches PyPI
 	@AEROS_NETWORK=1 $(BIN)/pytest tests/repo/test_ci_integration.py

@@ -6,7 +6,7 @@ of every skill that it proposes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
@@ -70,6 +70,9 @@ class Agent:
 
     ask_for_help: AskForHelp | None = None
     """Asks a person for help before a task is given up; None if nobody is to be asked."""
+
+    is_cancelled: Callable[[], bool] | None = None
+    """Returns True once the client of the task has cancelled it; None if nobody can."""
 
     def run(
         self, instruction: Spoken, timeout: float | None = None, goal: ActionCondition | None = None
@@ -177,10 +180,12 @@ class Agent:
         return recalled_places(remembered, modules, datetime.now(UTC), self._memory.session)
 
     def _task_loop(self, routed: RoutedTask, timeout: float | None, position: ErrandPosition) -> TaskLoop:
+        attempts = StepRunner(self._runtime, self._memory, self._journal, str(routed), self._seed)
+        attempts.waiting.is_cancelled = self.is_cancelled
         return TaskLoop(
             self._runtime,
             self._planner,
-            StepRunner(self._runtime, self._memory, self._journal, str(routed), self._seed),
+            attempts,
             self._journal,
             routed,
             timeout,

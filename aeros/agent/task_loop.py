@@ -237,6 +237,8 @@ class TaskLoop:
             end = self._run_plan()
             if self._is_goal_reached():
                 break
+            if self._attempts.waiting.was_cancelled:
+                return "cancelled by the client"
             if self._engine.timed_out or self._runtime.now() >= self._until:
                 return f"{_timeout_text(self._timeout)}; the plan ended: {end.reason}"
             hopeless = _reason_to_give_up(end, self._waited, self._replans, cap)

@@ -33,6 +33,7 @@ EXTRAS: Final = {
     "mujoco": "physics by MuJoCo: `aeros run --plant mujoco`",
     "pddl": "classical planners: `aeros run --planner pddl`",
     "ros": "ROS 2 bags and MCAP files: `aeros run --bag`, `--mcap`",
+    "ros2": "ROS 2 from PyPI, where no distribution is sourced: `aeros run --ros2`",
     "sim": "physics by PyBullet: `aeros run`",
 }
 """What each extra gives a user; extras for those who develop AEROS are left out."""

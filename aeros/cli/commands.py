@@ -129,6 +129,10 @@ GROUPS: Final[dict[str, CommandGroup]] = {
             "export": CommandEntry(
                 "connect.export_trees", "write a composition as a behaviour tree of another tool"
             ),
+            "serve": CommandEntry("connect.serve", "wait for instructions of other processes on ROS 2"),
+            "ros2-messages": CommandEntry(
+                "connect.ros2_messages", "build the ROS 2 message packages and install them here"
+            ),
             "approve": CommandEntry("robot.approve", "list and approve requests of MCP clients"),
             "check-plant": CommandEntry(
                 "robot.check_plant", "check that a plant keeps the promises of its interface"

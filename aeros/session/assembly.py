@@ -14,7 +14,7 @@ moving when the audit log closes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO
@@ -27,6 +27,7 @@ from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.bus.listened_plant import ListenedPlant, MeasurementListener
+from aeros.runtime.bus.port import PublisherFactory
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.runtime.bus.sample_file import SampleWriter
 from aeros.runtime.execution.executor import Executor
@@ -69,6 +70,7 @@ class SessionSetup:
         bag: A new folder for a ROS 2 bag; None for none.
         mcap: A new MCAP file; None for none.
         live: Port of a live view on 127.0.0.1; None for none.
+        bus: Bus with live listeners to publish records and measurements on; None for none.
         listeners: Further listeners to measurements.
         planner: Proposes plans; None for the planning rules of the manifest.
         planning_timeout: Seconds for each plan, while the plant's clock runs on; None to plan synchronously.
@@ -91,6 +93,7 @@ class SessionSetup:
     bag: Path | None = None
     mcap: Path | None = None
     live: int | None = None
+    bus: PublisherFactory | None = None
     listeners: Sequence[MeasurementListener] = ()
     planner: Planner | None = None
     planning_timeout: float | None = None
@@ -111,6 +114,7 @@ class RecordedPlant(NamedTuple):
         meter: Opens runs of skills and perceivers, and measures what they use.
         observe: Writes an event to the trace and passes it on.
         feed: Feed into the bag or MCAP file; None if neither is written.
+        live: Feed to the bus; None if there is none.
         listeners: All listeners to measurements, including the recorders.
     """
 
@@ -120,6 +124,7 @@ class RecordedPlant(NamedTuple):
     meter: ResourceMeter
     observe: Observer
     feed: BusFeed | None
+    live: BusFeed | None
     listeners: tuple[MeasurementListener, ...]
 
 
@@ -229,11 +234,12 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
         open_isolated_skills(setup.configuration, setup.warn) as skills,
         open_bag(setup.bag, setup.mcap, site) as feed,
         open_live_view(setup.live, site, setup.stream) as live,
+        _live_feed(setup) as peers,
         AuditLog(
             setup.out / AUDIT,
             durability=site.durability,
             signing=setup.signing,
-            listener=_record_listener(feeds := [one for one in (feed, live) if one is not None]),
+            listener=_record_listener(feeds := [one for one in (feed, live, peers) if one is not None]),
         ) as audit,
         TraceWriter(setup.out / TRACE, setup.stream) as trace,
         SampleWriter(
@@ -246,7 +252,13 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
         require_declared_measurements(plant, site)
         require_known_actions(plant, setup.configuration)
         listeners: tuple[MeasurementListener, ...] = (samples, *feeds, *setup.listeners)
-        yield RecordedPlant(plant, audit, skills, meter, observe, feed, listeners)
+        yield RecordedPlant(plant, audit, skills, meter, observe, feed, peers, listeners)
+
+
+def _live_feed(setup: SessionSetup) -> AbstractContextManager[BusFeed | None]:
+    if setup.bus is None:
+        return nullcontext()
+    return BusFeed(setup.bus, setup.configuration.site, is_live=True)
 
 
 def _record_listener(feeds: Sequence[BusFeed]) -> Callable[[bytes], None] | None:
@@ -291,7 +303,7 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         observe=observe,
         is_resumed=setup.is_resumed,
         # A recording or a client may read every value.
-        perceives_all=recorded.feed is not None or setup.live is not None or bool(setup.listeners),
+        perceives_all=any((recorded.feed, setup.live is not None, recorded.live, setup.listeners)),
     ) as executor:
         recorded.audit.append("isolation", recorded.skills.audit_details())
         _warn_of_lost_memory(setup)

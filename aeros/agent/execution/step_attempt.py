@@ -19,6 +19,7 @@ from aeros.agent.execution.attempt_journal import (
     record_provider_choice,
     record_start,
 )
+from aeros.agent.execution.cancellable_wait import CancellableWait
 from aeros.agent.execution.dispatcher import ChosenComposition, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.planning_memory import PlanningMemory
@@ -44,6 +45,7 @@ class StepRunner:
         self.dispatcher = Dispatcher(runtime, memory, task, seed)
         self._task = task
         self._exactly = CachingConverter()
+        self.waiting = CancellableWait(runtime)
         self.planned_in: list[Mapping[str, Any]] = []
         self._failures: list[Cause] = []
         self.records: list[StepRecord] = []
@@ -120,9 +122,9 @@ class StepRunner:
             until: plant time (s) at which the wait ends.
 
         Returns:
-            The step that ended, or None if none did before `until`.
+            The step that ended, or None if none did before `until`, or the run is cancelled meanwhile.
         """
-        return self._runtime.wait(until)
+        return self.waiting.until(until)
 
     def idle_until(self, until: float) -> None:
         """Let plant time pass while no step runs, then measure the world.
@@ -130,7 +132,7 @@ class StepRunner:
         Args:
             until: plant time (s).
         """
-        self._runtime.wait(until)
+        self.waiting.until(until)
         self.observe()
 
     def cancel(self, handle: StepHandle, reason: str) -> None:

@@ -33,6 +33,7 @@ from aeros.cli.arguments import (
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import add_plant_argument
 from aeros.cli.records.dataset import open_run_dataset
+from aeros.cli.ros2_options import add_ros2_options
 from aeros.cli.run.planners import LLM_KEY, build_planner
 from aeros.cli.run.reading import find_meaning
 from aeros.cli.run.run_plant import (
@@ -101,6 +102,7 @@ examples:
   aeros run "fetch the object" --randomise --seed 12
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --plant mujoco --seed 3 --dataset runs/dumplings
+  aeros run "make dumplings" --ros2
   aeros run "make dumplings" --watchdog
   aeros run --resume
   aeros run "make dumplings" --anchor /mnt/other/demo.anchor
@@ -203,6 +205,7 @@ def add_to(commands: Subparsers) -> None:
         metavar="FILE",
         help="record the same in this new MCAP file, for example for Foxglove",
     )
+    add_ros2_options(parser)
     parser.add_argument(
         "--live",
         nargs="?",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -23,6 +24,7 @@ from aeros.cli.latest_run import save_latest_run
 from aeros.cli.records.dataset import RunDataset
 from aeros.cli.records.film import write_film
 from aeros.cli.records.report import write_report
+from aeros.cli.ros2_options import open_peers
 from aeros.cli.run.help_question import help_asker
 from aeros.cli.run.planners import planning_timeout
 from aeros.cli.run.run_plant import PlantSetup, lost_poses, open_run_plant
@@ -34,6 +36,7 @@ from aeros.runtime.audit.check import Record
 from aeros.runtime.audit.checkpoints import SigningConfiguration, verify_signed
 from aeros.runtime.audit.log import AuditLog, AuditReport, verify_log
 from aeros.runtime.bus.feed import BusFeed
+from aeros.runtime.bus.port import PublisherFactory
 from aeros.runtime.execution.governor import Governor, OperatorCommand
 from aeros.runtime.gate.gate import DecisionTally, GateMode
 from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
@@ -91,12 +94,22 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
     if arguments.resume and (ended := _find_task_end(staged, request)) is not None:
         return _report_past_end(staged, request, ended)
     referee = RunReferee(request.meaning, staged.configuration.modules.values())
-    setup = _setup(staged, request, referee)
-    with Notifier() as notifier, open_recorded_plant(setup) as recorded:
+    with (
+        Notifier() as notifier,
+        open_peers(arguments, staged.configuration) as peers,
+        open_recorded_plant(
+            setup := _setup(staged, request, referee, None if peers is None else peers.bus)
+        ) as recorded,
+    ):
         referee.plant = recorded.plant
         with (
             RunGovernor(request.governor, notifier) as governor,
-            open_agent(setup, recorded, governor) as (_, agent, gate),
+            open_agent(setup, recorded if peers is None else peers.with_sensors(recorded), governor) as (
+                _,
+                agent,
+                gate,
+            ),
+            nullcontext() if peers is None else peers.serve(recorded),
         ):
             if drawn := dict(staged.extras.drawn):
                 recorded.audit.append("scene-randomised", {"seed": arguments.seed, "drawn": drawn})
@@ -113,6 +126,8 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
             recorded.audit.append("goal-judged", judgement.record())
         # An agent that lost its supervisor has stopped; its task and plant can be resumed.
         is_over = False
+        if peers is not None:
+            print(f"ros2       {peers.summary()}")
         if isinstance(recorded.plant, RemotePlant) and not notifier.is_alone:
             end_plant(recorded.plant, arguments.state)
             is_over = True
@@ -128,7 +143,9 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
     return Exit.INTERRUPTED if governor.is_interrupted else code
 
 
-def _setup(staged: PlantSetup, request: RunRequest, referee: RunReferee) -> SessionSetup:
+def _setup(
+    staged: PlantSetup, request: RunRequest, referee: RunReferee, bus: PublisherFactory | None
+) -> SessionSetup:
     """Describe the session that the options select."""
     arguments = staged.arguments
     return SessionSetup(
@@ -144,6 +161,7 @@ def _setup(staged: PlantSetup, request: RunRequest, referee: RunReferee) -> Sess
         bag=arguments.bag,
         mcap=arguments.mcap,
         live=arguments.live,
+        bus=bus,
         planner=request.planner,
         planning_timeout=planning_timeout(arguments, request.planner),
         seed=arguments.seed,

@@ -50,13 +50,16 @@ class BusFeed:
         bus: bus to publish on.
         site: declares the state variables.
         is_whole: make the run wait for room in the queue, so that nothing is dropped.
+        is_live: True for a bus with listeners that come and go; see `MessagePublisher`.
     """
 
-    def __init__(self, bus: PublisherFactory, site: Site, *, is_whole: bool = False) -> None:
+    def __init__(
+        self, bus: PublisherFactory, site: Site, *, is_whole: bool = False, is_live: bool = False
+    ) -> None:
         self._is_whole = is_whole
         self.lost = 0
         self.trouble: str | None = None
-        self._publisher = MessagePublisher(bus, site, self._count_dropped)
+        self._publisher = MessagePublisher(bus, site, self._count_dropped, is_live=is_live)
         self._queue: SimpleQueue[bytes | _State | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._publish_loop, name="aeros-feed", daemon=True)
         self._thread.start()

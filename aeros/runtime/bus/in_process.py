@@ -12,7 +12,7 @@ import msgspec
 
 from aeros.runtime.bus.messages import Message
 from aeros.runtime.bus.names import check_ros_name
-from aeros.runtime.bus.port import BusError, F, G, GoalStatus, M, NoServerError, Q, R
+from aeros.runtime.bus.port import BusError, F, G, GoalStatus, M, NoServerError, Q, R, Requester
 
 _T = TypeVar("_T")
 _MIN_DEPTH: Final = 1
@@ -110,6 +110,10 @@ class InProcessBus:
             server.accept(new_goal)
             self._changed.notify_all()
         return new_goal
+
+    def requesters(self, service: str) -> tuple[Requester, ...]:
+        """Implement `ServingBus.requesters`: every caller is in this process."""
+        return ()
 
     def names(self) -> Mapping[str, str]:
         """Implement `Bus.names`."""
@@ -257,6 +261,7 @@ class _Goal(Generic[G, F, R]):
     def __init__(self, bus: InProcessBus, kinds: tuple[type[G], type[F], type[R]], goal: G) -> None:
         self.goal = goal
         self.status = GoalStatus.ACCEPTED
+        self.requesters: tuple[Requester, ...] = ()
         self._bus = bus
         self._kinds = kinds
         self._feedback: F | None = None

@@ -7,32 +7,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Generic, NamedTuple
+from typing import NamedTuple
 
+from aeros.runtime.bus.chain_publisher import ChainPublisher
+from aeros.runtime.bus.change_publisher import ChangePublisher
 from aeros.runtime.bus.measurement_messages import (
     joint_families,
-    motion_joints,
     point_message,
     position_variables,
     scalar_message,
     scalar_variables,
 )
 from aeros.runtime.bus.messages import (
+    Clock,
     DecisionMessage,
     Event,
     JointState,
     LogMessage,
     PointStamped,
-    String,
-    TFMessage,
     Time,
     stamp,
 )
 from aeros.runtime.bus.names import check_ros_name
-from aeros.runtime.bus.port import M, Publisher, PublisherFactory
+from aeros.runtime.bus.port import PublisherFactory
 from aeros.runtime.bus.record_messages import log_message, parse_record
-from aeros.runtime.bus.robot_description import robot_description
-from aeros.runtime.bus.transforms import chain_transforms
 from aeros.runtime.ports import Readings, RobotBody, Vec3
 from aeros.spec.model.site import Site
 
@@ -56,32 +54,33 @@ class MessagePublisher:
         bus: bus to publish on.
         site: declares the state variables. Variables whose names are invalid in ROS 2 topics are left out.
         missed: called with the reason for each message that cannot be made or published.
+        is_live: True for a bus with listeners that come and go: publish `/clock` and `/tf_static`, too.
     """
 
-    def __init__(self, bus: PublisherFactory, site: Site, missed: Callable[[str], None]) -> None:
+    def __init__(
+        self, bus: PublisherFactory, site: Site, missed: Callable[[str], None], *, is_live: bool = False
+    ) -> None:
         self._missed = missed
         self._last = Time()  # on the plant's clock
         self._joints = [
-            (family, _ChangePublisher(bus.publisher("/joint_states", JointState)))
+            (family, ChangePublisher(bus.publisher("/joint_states", JointState)))
             for family in joint_families(site)
         ]
         self._places = {
-            name: _ChangePublisher(bus.publisher(topic, PointStamped))
+            name: ChangePublisher(bus.publisher(topic, PointStamped))
             for name in position_variables(site)
             if (topic := _topic_of(name)) is not None
         }
         self._singles = {
-            name: (kind, _ChangePublisher(bus.publisher(topic, kind)))
+            name: (kind, ChangePublisher(bus.publisher(topic, kind)))
             for name, kind in scalar_variables(site).items()
             if (topic := _topic_of(name)) is not None
         }
-        self._chain_joints = motion_joints(site)
-        self._transforms = _ChangePublisher(bus.publisher("/tf", TFMessage))
+        self._chain = ChainPublisher(bus, site, is_live=is_live)
+        self._clock = ChangePublisher(bus.publisher("/clock", Clock)) if is_live else None
         self._events = bus.publisher("/aeros/events", Event)
         self._decisions = bus.publisher("/aeros/decisions", DecisionMessage)
         self._log = bus.publisher("/aeros/log", LogMessage)
-        self._description = bus.publisher("/robot_description", String, latched=True)
-        self._described: RobotBody | None = None
 
     def publish_record(self, line: bytes) -> None:
         """Publish a record; a decision also goes to `/aeros/decisions`.
@@ -109,6 +108,8 @@ class MessagePublisher:
             return
         with self._count_failures():
             self._last = stamp(max(reading.time for reading in readings.values()))
+            if self._clock is not None:
+                self._clock.publish(Clock(self._last))
         for joints, states in self._joints:
             with self._count_failures():
                 for message in joints.joint_state_messages(readings):
@@ -122,18 +123,7 @@ class MessagePublisher:
                 with self._count_failures():
                     singles.publish(scalar_message(readings[name], kind))
         with self._count_failures():
-            self._publish_chain(readings, chain)
-
-    def _publish_chain(self, readings: Readings, chain: RobotChain) -> None:
-        if self._chain_joints is None or chain.body is None:
-            return
-        name, joints = self._chain_joints
-        if name in readings:
-            if chain.body is not self._described:
-                self._described = chain.body
-                self._description.publish(String(robot_description(chain.body, joints)))
-            q, time = readings[name].value, readings[name].time
-            self._transforms.publish(chain_transforms(chain.body, chain.base, joints, q, stamp(time)))
+            self._chain.publish(readings, chain.body, chain.base)
 
     @contextmanager
     def _count_failures(self) -> Iterator[None]:
@@ -142,19 +132,6 @@ class MessagePublisher:
         # A wrong value or a broken bus must not stop the run or other messages.
         except Exception as wrong:
             self._missed(str(wrong) or type(wrong).__name__)
-
-
-class _ChangePublisher(Generic[M]):
-    """Publisher that drops a message equal to the previous one, time stamp included."""
-
-    def __init__(self, publisher: Publisher[M]) -> None:
-        self._publisher = publisher
-        self._last: M | None = None
-
-    def publish(self, message: M) -> None:
-        if message != self._last:
-            self._last = message
-            self._publisher.publish(message)
 
 
 def _topic_of(name: str) -> str | None:

@@ -15,6 +15,7 @@ Int32 = Annotated[int, Meta(ge=-(2**31), lt=2**31)]
 Uint8 = Annotated[int, Meta(ge=0, lt=2**8)]
 Uint32 = Annotated[int, Meta(ge=0, lt=2**32)]
 Uint64 = Annotated[int, Meta(ge=0)]
+Octet = Annotated[int, Meta(ge=0, lt=2**8)]
 Nanoseconds = Annotated[int, Meta(ge=0, lt=10**9)]
 
 _NANO: Final = 10**9
@@ -182,6 +183,62 @@ class TFMessage(Message, frozen=True):
 
     ros = "tf2_msgs/msg/TFMessage"
     transforms: tuple[TransformStamped, ...] = ()
+
+
+class Clock(Message, frozen=True):
+    """Time of the plant, as on `/clock`.
+
+    Attributes:
+        clock: the time.
+    """
+
+    ros = "rosgraph_msgs/msg/Clock"
+    clock: Time = Time()
+
+
+class KeyValue(Message, frozen=True):
+    """A value that a diagnosis reports.
+
+    Attributes:
+        key: name of the value.
+        value: the value as text.
+    """
+
+    ros = "diagnostic_msgs/msg/KeyValue"
+    key: str = ""
+    value: str = ""
+
+
+class DiagnosticStatus(Message, frozen=True):
+    """State of one part of a robot.
+
+    Attributes:
+        level: 0 ok, 1 warning, 2 error, 3 stale.
+        name: name of the part.
+        message: its state in words.
+        hardware_id: the robot.
+        values: numbers behind the state.
+    """
+
+    ros = "diagnostic_msgs/msg/DiagnosticStatus"
+    level: Octet = 0
+    name: str = ""
+    message: str = ""
+    hardware_id: str = ""
+    values: tuple[KeyValue, ...] = ()
+
+
+class DiagnosticArray(Message, frozen=True):
+    """States of parts of a robot, as on `/diagnostics`.
+
+    Attributes:
+        header: time stamp.
+        status: the states.
+    """
+
+    ros = "diagnostic_msgs/msg/DiagnosticArray"
+    header: Header = Header()
+    status: tuple[DiagnosticStatus, ...] = ()
 
 
 class String(Message, frozen=True):
@@ -361,3 +418,50 @@ class LogMessage(Message, frozen=True):
     file: str = ""
     function: str = ""
     line: Uint32 = 0
+
+
+class PursueGoal(Message, frozen=True):
+    """Goal: pursue one instruction.
+
+    Attributes:
+        instruction: words that tasks of the modules declare.
+        timeout: s on the plant's clock after which the task is cancelled; 0 for no limit.
+    """
+
+    ros = "aeros_msgs/action/Pursue_Goal"
+    instruction: str = ""
+    timeout: float = 0.0
+
+
+class PursueFeedback(Message, frozen=True):
+    """Newest event of the agent.
+
+    Attributes:
+        event: kind of event.
+        text: the event in words; may be empty.
+    """
+
+    ros = "aeros_msgs/action/Pursue_Feedback"
+    event: str = ""
+    text: str = ""
+
+
+class PursueResult(Message, frozen=True):
+    """End of a pursued instruction.
+
+    Attributes:
+        reached: True if the goal is measured as true.
+        reason: why it is not reached; empty if it is.
+        measured: values that the goal and the task are about, a JSON object.
+        steps: number of skill invocations.
+        allowed, attenuated, denied: numbers of decided actions.
+    """
+
+    ros = "aeros_msgs/action/Pursue_Result"
+    reached: bool = False
+    reason: str = ""
+    measured: str = "{}"
+    steps: Uint32 = 0
+    allowed: Uint32 = 0
+    attenuated: Uint32 = 0
+    denied: Uint32 = 0

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from aeros.runtime.bus.messages import TriggerRequest, TriggerResponse
-from aeros.runtime.bus.port import Bus
+from aeros.runtime.bus.port import Requester, ServingBus
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.control_page import MotionTimeoutError, request_command
 
@@ -20,9 +21,82 @@ _SERVICES: Final = {
     "/aeros/stop": (OperatorCommand.STOP, "stopped"),
 }
 
+RecordRequest = Callable[[str, Mapping[str, Any]], object]
+"""Puts an event and its details into the audit record; any thread may call it."""
+
+
+class OperatorRequests:
+    """Operator's commands that arrive on a bus; each is recorded with its requesters before it is given.
+
+    Requests that arrive before the audit log is open are recorded once it is. Thread-safe.
+
+    Args:
+        folder: registry's folder of the executor.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._record: RecordRequest | None = None
+        self._waiting: list[Mapping[str, Any]] = []
+        self._lock = threading.Lock()
+
+    def open_record(self, record: RecordRequest) -> None:
+        """Record the requests so far, and all later ones.
+
+        Args:
+            record: puts an event into the audit record.
+        """
+        with self._lock:
+            self._record = record
+            for details in self._waiting:
+                record(OPERATOR_REQUEST, details)
+            self._waiting.clear()
+
+    def close_record(self) -> None:
+        """Record no more: the audit log is about to be closed."""
+        with self._lock:
+            self._record = None
+
+    def request(self, command: OperatorCommand, service: str, requesters: Sequence[Requester]) -> str | None:
+        """Give a command and wait until it has taken effect.
+
+        Args:
+            command: the command.
+            service: name of the service that was called.
+            requesters: nodes that may have called it; nothing is recorded if there are none.
+
+        Returns:
+            None; or the reason if it has not taken effect.
+        """
+        if requesters:
+            self._note(command, service, requesters)
+        try:
+            request_command(self._folder, command)
+        except MotionTimeoutError as late:
+            return f"still moving {late}; use the robot's emergency stop"
+        except OSError as failure:
+            return f"the run cannot be reached: {failure}"
+        return None
+
+    def _note(self, command: OperatorCommand, service: str, requesters: Sequence[Requester]) -> None:
+        details = {
+            "command": command.name.lower(),
+            "service": service,
+            "clients": [one._asdict() for one in requesters],
+        }
+        with self._lock:
+            if self._record is None:
+                self._waiting.append(details)
+            else:
+                self._record(OPERATOR_REQUEST, details)
+
+
+OPERATOR_REQUEST: Final = "operator-request"
+"""Event of a command that arrived on a bus."""
+
 
 @contextmanager
-def serve_operator_commands(bus: Bus, folder: Path) -> Iterator[None]:
+def serve_operator_commands(bus: ServingBus, requests: OperatorRequests) -> Iterator[None]:
     """Offer the services while the block runs.
 
     Each does what the command of its name does, and answers once it has taken effect: pause and stop when no
@@ -31,24 +105,19 @@ def serve_operator_commands(bus: Bus, folder: Path) -> Iterator[None]:
 
     Args:
         bus: bus to offer them on.
-        folder: registry's folder of the executor.
+        requests: carries them out.
     """
     with ExitStack() as offered:
         for name, (command, done) in _SERVICES.items():
-            offered.callback(bus.serve(name, TRIGGER, _command_handler(folder, command, done)))
+            offered.callback(bus.serve(name, TRIGGER, _command_handler(bus, name, requests, command, done)))
         yield
 
 
 def _command_handler(
-    folder: Path, command: OperatorCommand, done: str
+    bus: ServingBus, name: str, requests: OperatorRequests, command: OperatorCommand, done: str
 ) -> Callable[[TriggerRequest], TriggerResponse]:
     def answer(request: TriggerRequest) -> TriggerResponse:
-        try:
-            request_command(folder, command)
-        except MotionTimeoutError as late:
-            return TriggerResponse(False, f"still moving {late}; use the robot's emergency stop")
-        except OSError as failure:
-            return TriggerResponse(False, f"the run cannot be reached: {failure}")
-        return TriggerResponse(True, done)
+        failure = requests.request(command, name, bus.requesters(name))
+        return TriggerResponse(failure is None, failure or done)
 
     return answer

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from enum import Enum
-from typing import Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 from aeros.runtime.bus.messages import Message
 
@@ -51,6 +51,18 @@ class GoalStatus(Enum):
     def is_over(self) -> bool:
         """True if there is a result."""
         return self.value >= GoalStatus.SUCCEEDED.value
+
+
+class Requester(NamedTuple):
+    """Another process's node that may have sent a request.
+
+    Attributes:
+        node: full name of the node.
+        guid: identifier of its client in the middleware, in hexadecimal digits.
+    """
+
+    node: str
+    guid: str
 
 
 class Publisher(Protocol[M_contra]):
@@ -100,6 +112,10 @@ class ServerGoal(Protocol[G_co, F_contra, R_contra]):
     @property
     def status(self) -> GoalStatus:
         """Status; CANCELING once a client has asked for that."""
+
+    @property
+    def requesters(self) -> tuple[Requester, ...]:
+        """Nodes that may have sent the goal; empty if it came from this process."""
 
     def send_feedback(self, feedback: F_contra) -> None:
         """Send feedback; it replaces feedback that the client has not read.
@@ -190,23 +206,8 @@ class PublisherFactory(Protocol):
         """
 
 
-class Bus(PublisherFactory, Protocol):
-    """Topics, services and actions by name; each name has one type."""
-
-    def subscribe(self, topic: str, kind: type[M], *, depth: int = 10) -> Subscription[M]:
-        """Subscribe to a topic.
-
-        Args:
-            topic: absolute ROS 2 name.
-            kind: type of its messages.
-            depth: length of the queue; when it is full, the oldest message is dropped.
-
-        Returns:
-            The subscription.
-
-        Raises:
-            BusError: the name is invalid, or has another type.
-        """
+class ServingBus(PublisherFactory, Protocol):
+    """Bus that offers topics, services and actions by name; each name has one type."""
 
     def serve(
         self, service: str, kinds: tuple[type[Q], type[R]], answer: Callable[[Q], R]
@@ -223,22 +224,6 @@ class Bus(PublisherFactory, Protocol):
 
         Raises:
             BusError: the name is invalid, has another type or is served already.
-        """
-
-    def call(self, service: str, kinds: tuple[type[Q], type[R]], request: Q) -> R:
-        """Call a service and wait for its response.
-
-        Args:
-            service: absolute ROS 2 name.
-            kinds: types of request and response.
-            request: the request.
-
-        Returns:
-            The response.
-
-        Raises:
-            NoServerError: nobody serves it.
-            BusError: the name is invalid, or a type differs.
         """
 
     def serve_action(
@@ -258,6 +243,58 @@ class Bus(PublisherFactory, Protocol):
             BusError: the name is invalid, has another type or is served already.
         """
 
+    def requesters(self, service: str) -> tuple[Requester, ...]:
+        """Find the nodes of other processes that can call a service.
+
+        Args:
+            service: absolute ROS 2 name.
+
+        Returns:
+            Nodes with a client of it; empty on a bus within one process.
+        """
+
+    def names(self) -> Mapping[str, str]:
+        """List the names in use.
+
+        Returns:
+            ROS 2 type by name.
+        """
+
+
+class Bus(ServingBus, Protocol):
+    """Bus that listens, calls and sends goals, too."""
+
+    def subscribe(self, topic: str, kind: type[M], *, depth: int = 10) -> Subscription[M]:
+        """Subscribe to a topic.
+
+        Args:
+            topic: absolute ROS 2 name.
+            kind: type of its messages.
+            depth: length of the queue; when it is full, the oldest message is dropped.
+
+        Returns:
+            The subscription.
+
+        Raises:
+            BusError: the name is invalid, or has another type.
+        """
+
+    def call(self, service: str, kinds: tuple[type[Q], type[R]], request: Q) -> R:
+        """Call a service and wait for its response.
+
+        Args:
+            service: absolute ROS 2 name.
+            kinds: types of request and response.
+            request: the request.
+
+        Returns:
+            The response.
+
+        Raises:
+            NoServerError: nobody serves it.
+            BusError: the name is invalid, or a type differs.
+        """
+
     def send_goal(self, action: str, kinds: tuple[type[G], type[F], type[R]], goal: G) -> ClientGoal[F, R]:
         """Send a goal to an action.
 
@@ -272,11 +309,4 @@ class Bus(PublisherFactory, Protocol):
         Raises:
             NoServerError: nobody serves the action.
             BusError: the name is invalid, a type differs, or too many goals wait.
-        """
-
-    def names(self) -> Mapping[str, str]:
-        """List the names in use.
-
-        Returns:
-            ROS 2 type by name.
         """

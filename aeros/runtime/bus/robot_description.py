@@ -1,63 +1,71 @@
-"""Description of a robot (URDF) for viewers, made of the chain that its plant states.
+"""URDF of a robot's chain, for `/robot_description`: the frames of `/tf`, with balls as the shapes of links.
 
-Frames are those of `transforms.py`: `base`, `NAME_link` for the link that joint NAME moves, and `tool`.  Each
-link shows the balls that enclose it, with which barriers are checked.  It has no meshes and no limits.
+URDF turns by roll, pitch, yaw about fixed axes and moves by `xyz`; a modified Denavit-Hartenberg row is
+Rx(alpha)·Tx(a)·Rz(angle)·Tz(d). So a joint's origin is `rpy` (alpha, 0, 0) and `xyz`
+(a, -sin(alpha)·d, cos(alpha)·d), and its axis is z.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Final
-from xml.sax.saxutils import quoteattr
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from aeros.kinematic_chain import ORIGIN, child_frame, mounting_of
-from aeros.runtime.bus.transforms import BASE, TOOL
+from aeros.kinematic_chain import mounting_of
+from aeros.runtime.bus.transforms import BASE, TOOL, link_frame
 from aeros.runtime.ports import RobotBody, Vec3
 
-_COLOUR: Final = "0.75 0.77 0.80 0.6"
+_COLOUR: Final = "0.75 0.76 0.8 1"
 
 
-def robot_description(body: RobotBody, names: Sequence[str]) -> str:
-    """Write the URDF of a chain.
+def robot_description(name: str, body: RobotBody, joints: Sequence[str]) -> str:
+    """Describe a robot as URDF.
+
+    Joints are `continuous`, as a plan does not state their limits. Links have the balls that enclose them,
+    and neither meshes nor masses.
 
     Args:
-        body: the chain, with the balls of its links.
-        names: names of its joints, from the base on.
+        name: Name of the robot.
+        body: The chain.
+        joints: Names of the joints, one for each row of the chain.
 
     Returns:
-        The URDF.
+        The XML text; its root link is `base`.
     """
-    links = [BASE, *(f"{name}_link" for name in names)]
-    lines = ['<robot name="robot">', f'<material name="link"><color rgba="{_COLOUR}"/></material>']
+    robot = Element("robot", name=name)
+    material = SubElement(robot, "material", name="link")
+    SubElement(material, "color", rgba=_COLOUR)
+    links = (BASE, *(link_frame(joint) for joint in joints))
     for number, link in enumerate(links):
-        lines += [f"<link name={quoteattr(link)}>", *_visuals(body, number), "</link>"]
-    for (a, alpha, d), name, parent, child in zip(body.dh_rows, names, links, links[1:], strict=False):
-        # Rx(alpha) Tx(a) Tz(d) of the modified Denavit-Hartenberg parameters, then the turn about z.
-        origin = f'<origin xyz="{_numbers(_joint_origin(a, alpha, d))}" rpy="{alpha!r} 0 0"/>'
-        lines.append(_joint(name, "continuous", parent, child, origin, '<axis xyz="0 0 1"/>'))
-    lines.append(f"<link name={quoteattr(TOOL)}/>")
-    origin = f'<origin xyz="{_numbers(body.tool_offset)}"/>'
-    lines.append(_joint("tool_mount", "fixed", links[-1], TOOL, origin, ""))
-    return "\n".join([*lines, "</robot>"])
+        element = SubElement(robot, "link", name=link)
+        for ball in (one for one in body.balls if one.joint == number):
+            visual = SubElement(element, "visual")
+            SubElement(visual, "origin", xyz=_vector(ball.centre))
+            SubElement(SubElement(visual, "geometry"), "sphere", radius=_number(ball.radius))
+            SubElement(visual, "material", name="link")
+    SubElement(robot, "link", name=TOOL)
+    for joint, row, parent, child in zip(joints, body.dh_rows, links, links[1:], strict=False):
+        a, y, z, _, _ = mounting_of(row)
+        element = _joint(robot, joint, "continuous", (parent, child))
+        SubElement(element, "origin", xyz=_vector((a, y, z)), rpy=f"{_number(row[1])} 0 0")
+        SubElement(element, "axis", xyz="0 0 1")
+    SubElement(
+        _joint(robot, "tool_joint", "fixed", (links[-1], TOOL)), "origin", xyz=_vector(body.tool_offset)
+    )
+    indent(robot)
+    return tostring(robot, "unicode", xml_declaration=True)
 
 
-def _visuals(body: RobotBody, joint: int) -> Iterator[str]:
-    for ball in body.balls:
-        if ball.joint == joint:
-            yield (
-                f'<visual><origin xyz="{_numbers(ball.centre)}"/><geometry><sphere radius="{ball.radius!r}"/>'
-                '</geometry><material name="link"/></visual>'
-            )
+def _joint(robot: Element, name: str, kind: str, links: tuple[str, str]) -> Element:
+    element = SubElement(robot, "joint", name=name, type=kind)
+    SubElement(element, "parent", link=links[0])
+    SubElement(element, "child", link=links[1])
+    return element
 
 
-def _joint(name: str, kind: str, parent: str, child: str, *parts: str) -> str:
-    ends = f"<parent link={quoteattr(parent)}/><child link={quoteattr(child)}/>"
-    return f"<joint name={quoteattr(name)} type={quoteattr(kind)}>{ends}{''.join(parts)}</joint>"
+def _vector(at: Vec3) -> str:
+    return " ".join(_number(one) for one in at)
 
 
-def _joint_origin(a: float, alpha: float, d: float) -> Vec3:
-    return child_frame(ORIGIN, mounting_of((a, alpha, d)), 0.0).origin
-
-
-def _numbers(values: Sequence[float]) -> str:
-    return " ".join(repr(float(value)) for value in values)
+def _number(value: float) -> str:
+    return repr(float(value) + 0.0)

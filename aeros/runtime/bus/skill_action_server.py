@@ -67,18 +67,11 @@ def serve_goals(server: Server, runtime: SteppableRuntime, is_over: Callable[[],
         runtime: runs the steps.
         is_over: asked in every turn.
     """
-    runner = _GoalRunner(runtime)
+    goals = SkillGoals(server, runtime)
     try:
         while not is_over():
-            if len(runner.goals) < MAX_GOALS:
-                goal = server.next_goal(0.0 if runner.goals else _POLL_INTERVAL_S)
-                if goal is not None:
-                    runner.start_goal(goal)
-            runner.cancel_requested()
-            runner.advance()
-        runner.cancel_all()
-        while runner.goals:
-            runner.advance()
+            goals.take_turn(_POLL_INTERVAL_S)
+        goals.cancel_all()
     finally:
         server.close()
 
@@ -95,14 +88,47 @@ class _ActiveGoal:
     feedback_sent: DecisionCounts = field(default_factory=DecisionCounts)
 
 
-class _GoalRunner:
-    """Active goals, by their steps."""
+class SkillGoals:
+    """Active goals, by their steps; `serve_goals` shows its use.
 
-    def __init__(self, runtime: SteppableRuntime) -> None:
-        self.goals: dict[StepHandle, _ActiveGoal] = {}
+    Args:
+        server: server of `/aeros/execute_skill`.
+        runtime: runs the steps.
+    """
+
+    def __init__(self, server: Server, runtime: SteppableRuntime) -> None:
+        self._goals: dict[StepHandle, _ActiveGoal] = {}
+        self._server = server
         self._runtime = runtime
 
-    def start_goal(self, goal: Goal) -> None:
+    @property
+    def is_busy(self) -> bool:
+        """True while a goal is active."""
+        return bool(self._goals)
+
+    def take_turn(self, timeout: float) -> None:
+        """Accept a goal, cancel what clients cancelled, and run the steps for one turn.
+
+        Args:
+            timeout: s of real time to wait for a goal if none is active.
+        """
+        if len(self._goals) < MAX_GOALS:
+            goal = self._server.next_goal(0.0 if self._goals else timeout)
+            if goal is not None:
+                self._start_goal(goal)
+        for step, active in self._goals.items():
+            if active.goal.status is GoalStatus.CANCELING:
+                self._runtime.cancel(step, "cancelled by the client")
+        self._advance()
+
+    def cancel_all(self) -> None:
+        """Cancel all active steps and wait for their ends."""
+        for step in self._goals:
+            self._runtime.cancel(step, "the action server is closing")
+        while self._goals:
+            self._advance()
+
+    def _start_goal(self, goal: Goal) -> None:
         """Start the step of a goal; if it is refused, end the goal with the reason."""
         request = goal.goal
         try:
@@ -112,31 +138,24 @@ class _GoalRunner:
             self._runtime.note("goal-rejected", refusal)
             _finish_goal(goal, StepResult(StepStatus.REFUSED, str(wrong)))
             return
+        if goal.requesters:
+            clients = [one._asdict() for one in goal.requesters]
+            asked = {"module": request.module, "skill": request.skill, "clients": clients}
+            self._runtime.note("goal-requested", asked)
         started = self._runtime.start(StepRequest(request.module, request.skill, inputs))
         if isinstance(started, StepResult):
             _finish_goal(goal, started)
         else:
-            self.goals[started] = _ActiveGoal(goal)
+            self._goals[started] = _ActiveGoal(goal)
 
-    def cancel_requested(self) -> None:
-        """Cancel the steps whose clients asked for that."""
-        for step, active in self.goals.items():
-            if active.goal.status is GoalStatus.CANCELING:
-                self._runtime.cancel(step, "cancelled by the client")
-
-    def cancel_all(self) -> None:
-        """Cancel all active steps."""
-        for step in self.goals:
-            self._runtime.cancel(step, "the action server is closing")
-
-    def advance(self) -> None:
+    def _advance(self) -> None:
         """Run steps for one turn; send feedback, and the result of a step that has ended."""
-        if not self.goals:
+        if not self._goals:
             return
         ended = self._runtime.advance_once(self._runtime.now() + _TURN_S)
         if ended is not None:
-            _finish_goal(self.goals.pop(ended.step).goal, ended.result)
-        for step, active in self.goals.items():
+            _finish_goal(self._goals.pop(ended.step).goal, ended.result)
+        for step, active in self._goals.items():
             counts = self._runtime.decision_counts(step)
             if counts is not None and counts != active.feedback_sent:
                 active.feedback_sent = counts

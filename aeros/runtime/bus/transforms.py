@@ -26,6 +26,18 @@ BASE: Final = "base"
 TOOL: Final = "tool"
 
 
+def link_frame(joint: str) -> str:
+    """Name the frame of the link that a joint moves.
+
+    Args:
+        joint: Name of the joint.
+
+    Returns:
+        Name of the frame.
+    """
+    return f"{joint}_link"
+
+
 def chain_transforms(
     body: RobotBody, base: Vec3 | None, names: Sequence[str], q: JointVector, when: Time
 ) -> TFMessage:
@@ -44,7 +56,7 @@ def chain_transforms(
     messages = [] if base is None else [_transform_message(WORLD, BASE, base, when)]
     parent = BASE
     for row, angle, name in zip(body.dh_rows, q, names, strict=True):
-        frame, child = child_frame(ORIGIN, mounting_of(row), angle), f"{name}_link"
+        frame, child = child_frame(ORIGIN, mounting_of(row), angle), link_frame(name)
         turned = Transform(Vector3(*frame.origin), frame_quaternion(frame))
         messages.append(TransformStamped(Header(when, parent), child, turned))
         parent = child

@@ -205,3 +205,10 @@ def test_a_failing_bus_is_counted_by_the_name_of_what_it_raised(
     publisher.publish_state({"holding": Reading(True, 1.0), "human_distance": Reading(1.0, 1.0)}, UNKNOWN)
     assert missed == ["RuntimeError"] * 2
     assert [name for name, _ in topics.heard] == ["/aeros/state/human_distance"]
+
+
+def test_live_listeners_get_the_plants_clock(one_joint: Site, topics: Topics, missed: list[str]) -> None:
+    live = MessagePublisher(topics, one_joint, missed.append, is_live=True)
+    for time in (1.0, 1.0, 2.5):
+        live.publish_state({"human_distance": Reading(1.0, time)}, UNKNOWN)
+    assert [(one.clock.sec, one.clock.nanosec) for one in topics.on("/clock")] == [(1, 0), (2, 500_000_000)]

@@ -68,6 +68,7 @@ SCALARS: dict[Any, str] = {
     str: "string",
     bool: "bool",
     float: "float64",
+    messages.Octet: "byte",
     messages.Int32: "int32",
     messages.Uint8: "uint8",
     messages.Uint32: "uint32",

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from aeros.runtime.bus.in_process import InProcessBus
 from aeros.runtime.bus.messages import TriggerRequest, TriggerResponse
-from aeros.runtime.bus.operator_services import TRIGGER, serve_operator_commands
-from aeros.runtime.bus.port import NoServerError
+from aeros.runtime.bus.operator_services import (
+    OPERATOR_REQUEST,
+    TRIGGER,
+    OperatorRequests,
+    serve_operator_commands,
+)
+from aeros.runtime.bus.port import NoServerError, Requester
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry import control_page as module
 from aeros.runtime.registry.control_page import ControlPage
@@ -26,7 +32,7 @@ _LONG = 10.0
 @pytest.fixture
 def bus(tmp_path: Path) -> Iterator[InProcessBus]:
     bus = InProcessBus()
-    with serve_operator_commands(bus, tmp_path):
+    with serve_operator_commands(bus, OperatorRequests(tmp_path)):
         yield bus
 
 
@@ -60,7 +66,7 @@ def test_while_something_moves_no_rest_is_reported(
 def test_a_run_that_cannot_be_reached_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     bus = InProcessBus()
-    with serve_operator_commands(bus, tmp_path / "file"):
+    with serve_operator_commands(bus, OperatorRequests(tmp_path / "file")):
         response = ask(bus, "stop")
     assert not response.success
     assert response.message.startswith("the run cannot be reached")
@@ -68,7 +74,7 @@ def test_a_run_that_cannot_be_reached_is_reported(tmp_path: Path) -> None:
 
 def test_services_are_withdrawn_after_the_block(tmp_path: Path) -> None:
     bus = InProcessBus()
-    with serve_operator_commands(bus, tmp_path):
+    with serve_operator_commands(bus, OperatorRequests(tmp_path)):
         pass
     with pytest.raises(NoServerError):
         ask(bus, "stop")
@@ -79,7 +85,7 @@ def test_a_run_pauses_resumes_and_stops(tmp_path: Path) -> None:
     bus = InProcessBus()
     with (
         RegistryGovernor(registry, FixedModules(configuration())) as governor,
-        serve_operator_commands(bus, registry.folder),
+        serve_operator_commands(bus, OperatorRequests(registry.folder)),
     ):
         cart = Cart(tmp_path / "audit.jsonl", {"reach": asking(move(), move())}, governor=governor)
         step = cart.start("reach")
@@ -97,3 +103,41 @@ def test_a_run_pauses_resumes_and_stops(tmp_path: Path) -> None:
         assert [one.status.value for one in cart.ends(1).values()] == ["finished"]
         assert [len(cart.records(name)) for name in ("paused", "resumed")] == [1, 1]
         cart.audit.close()
+
+
+PLANNER = Requester("/planner", "01ff")
+
+
+def test_the_clients_are_recorded_before_the_command_is_given(tmp_path: Path) -> None:
+    requests = OperatorRequests(tmp_path)
+    recorded: list[tuple[str, Mapping[str, Any], OperatorCommand]] = []
+    with ControlPage(tmp_path) as live:
+        requests.open_record(lambda event, details: recorded.append((event, details, live.command)))
+        assert requests.request(OperatorCommand.PAUSE, "/aeros/pause", (PLANNER,)) is None
+        assert live.command is OperatorCommand.PAUSE
+    details = {
+        "command": "pause",
+        "service": "/aeros/pause",
+        "clients": [{"node": "/planner", "guid": "01ff"}],
+    }
+    assert recorded == [(OPERATOR_REQUEST, details, OperatorCommand.RUN)]
+
+
+def test_a_request_before_the_log_is_open_is_recorded_once_it_is(tmp_path: Path) -> None:
+    requests = OperatorRequests(tmp_path)
+    recorded: list[str] = []
+    assert requests.request(OperatorCommand.STOP, "/aeros/stop", (PLANNER,)) is None
+    requests.open_record(lambda _, details: recorded.append(details["service"]))
+    requests.open_record(lambda _, details: recorded.append(details["service"]))
+    assert recorded == ["/aeros/stop"]
+
+
+def test_a_stop_after_the_log_is_closed_is_still_obeyed(tmp_path: Path) -> None:
+    requests = OperatorRequests(tmp_path)
+    recorded: list[str] = []
+    requests.open_record(lambda event, _: recorded.append(event))
+    requests.close_record()
+    with ControlPage(tmp_path) as live:
+        assert requests.request(OperatorCommand.STOP, "/aeros/stop", (PLANNER,)) is None
+        assert live.command is OperatorCommand.STOP
+    assert recorded == []

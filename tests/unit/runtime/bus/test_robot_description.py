@@ -1,61 +1,55 @@
-"""A robot's description has the frames of the transforms, at the same places."""
+"""URDF describes the frames of `/tf`: its origins lead to where the kinematics puts the tool."""
 
 from __future__ import annotations
 
-from math import cos, sin
-from xml.etree import ElementTree as ET
+import math
+from itertools import pairwise
+from xml.etree.ElementTree import Element, fromstring
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from aeros.kinematic_chain import ORIGIN, child_frame, mounting_of
 from aeros.runtime.bus.robot_description import robot_description
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
 from aeros.runtime.ports import Ball, RobotBody
 
-NAMES = ("a", "b")
-NUMBERS = st.floats(-1.0, 1.0)
-ROWS = st.tuples(NUMBERS, st.floats(-4.0, 4.0), NUMBERS)
+BODY = RobotBody(
+    ((0.0, 0.0, 0.333), (0.1, -1.5707963267948966, 0.25), (0.5, 0.7, 0.0)),
+    (0.0, 0.0, 0.125),
+    (Ball("base", 0, (0.0, 0.0, 0.1), 0.2), Ball("upper", 2, (0.0, 0.05, 0.0), 0.1)),
+)
+NAMES = ("a", "b", "c")
 
 
-def parsed(body: RobotBody, names: tuple[str, ...]) -> ET.Element:
-    return ET.fromstring(robot_description(body, names))  # noqa: S314 - made here
+def described() -> Element:
+    return fromstring(robot_description("arm", BODY, NAMES))  # noqa: S314 - our own text
 
 
-def numbers(text: str) -> list[float]:
-    return [float(one) for one in text.split()]
-
-
-@given(st.tuples(ROWS, ROWS))
-def test_each_joint_is_where_the_chain_has_it(rows: tuple[tuple[float, float, float], ...]) -> None:
-    tree = parsed(RobotBody(rows, (0.0, 0.0, 0.125), ()), NAMES)
-    for row, joint in zip(rows, tree.findall("joint"), strict=False):
+def test_the_origins_are_those_of_the_chain() -> None:
+    """At all angles 0: the transforms of URDF, Txyz·Rx(roll), one after the other."""
+    robot = described()
+    x, y, z, turned = 0.0, 0.0, 0.0, 0.0  # all turns here are about x
+    for joint in robot.findall("joint"):
         origin = joint.find("origin")
         assert origin is not None
-        frame = child_frame(ORIGIN, mounting_of(row), 0.0)
-        assert numbers(origin.attrib["xyz"]) == pytest.approx(frame.origin, abs=1e-12)
-        roll, pitch, yaw = numbers(origin.attrib["rpy"])
-        # The y axis after a turn about x.
-        assert (0.0, cos(roll), sin(roll)) == pytest.approx(frame.y, abs=1e-12)
-        assert (pitch, yaw) == (0.0, 0.0)
+        a, b, c = (float(one) for one in origin.attrib["xyz"].split())
+        cos, sin = math.cos(turned), math.sin(turned)
+        x, y, z = x + a, y + cos * b - sin * c, z + sin * b + cos * c
+        turned += float(origin.attrib.get("rpy", "0 0 0").split()[0])
+    expected = ForwardKinematics(BODY, (0.0, 0.0, 0.0)).frames[-1].to_base(BODY.tool_offset)
+    assert (x, y, z) == pytest.approx(expected, abs=1e-12)
 
 
-def test_links_have_the_names_of_the_frames_and_the_balls_that_enclose_them() -> None:
-    balls = (Ball("foot", 0, (0.0, 0.0, 0.1), 0.2), Ball("hand", 2, (0.5, 0.0, 0.0), 0.05))
-    body = RobotBody(((0.0, 0.0, 0.25), (0.5, 0.0, 0.0)), (0.0, 0.0, 0.125), balls)
-    tree = parsed(body, ("a", 'b"<'))
-    assert [one.attrib["name"] for one in tree.findall("link")] == ["base", "a_link", 'b"<_link', "tool"]
-    radii = {
-        link.attrib["name"]: [float(one.attrib["radius"]) for one in link.iter("sphere")]
-        for link in tree.findall("link")
-    }
-    assert radii == {"base": [0.2], "a_link": [], 'b"<_link': [0.05], "tool": []}
-    ends = [
-        (one.attrib["type"], one.find("parent").attrib["link"], one.find("child").attrib["link"])  # type: ignore[union-attr]
-        for one in tree.findall("joint")
-    ]
-    assert ends == [
-        ("continuous", "base", "a_link"),
-        ("continuous", "a_link", 'b"<_link'),
-        ("fixed", 'b"<_link', "tool"),
-    ]
+def test_links_form_one_tree_from_the_base_to_the_tool() -> None:
+    robot = described()
+    links = [one.attrib["name"] for one in robot.findall("link")]
+    assert links == ["base", "a_link", "b_link", "c_link", "tool"]
+    parents = [one.attrib["link"] for one in robot.findall("joint/parent")]
+    children = [one.attrib["link"] for one in robot.findall("joint/child")]
+    assert list(zip(parents, children, strict=True)) == list(pairwise(links))
+    assert [one.attrib["type"] for one in robot.findall("joint")] == ["continuous"] * 3 + ["fixed"]
+
+
+def test_balls_are_the_shapes_of_their_links() -> None:
+    robot = described()
+    shapes = {link.attrib["name"]: len(link.findall("visual")) for link in robot.findall("link")}
+    assert shapes == {"base": 1, "a_link": 0, "b_link": 1, "c_link": 0, "tool": 0}

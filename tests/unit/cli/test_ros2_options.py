@@ -1,0 +1,62 @@
+"""`--topic-sensor` names a number of the site, a topic and a type; mistakes are explained."""
+
+from __future__ import annotations
+
+import argparse
+
+import pytest
+
+from aeros.cli.ros2_options import add_ros2_options, open_peers, read_topic_sensor
+from aeros.exit_codes import UsageError
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.site import Site
+from aeros.spec.text.discovery import reference_site_path
+
+
+@pytest.fixture(scope="module")
+def site() -> Site:
+    site = load_site(reference_site_path(), Diagnostics())
+    assert site is not None
+    return site
+
+
+def test_a_sensor_has_variable_topic_and_type(site: Site) -> None:
+    one = read_topic_sensor("human_distance=/scanner/nearest:std_msgs/msg/Float64", site)
+    assert (one.variable, one.topic, one.ros) == (
+        "human_distance",
+        "/scanner/nearest",
+        "std_msgs/msg/Float64",
+    )
+    assert read_topic_sensor("human_distance=/nearest", site).ros == "sensor_msgs/msg/Range"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("human_distanc=/d", "did you mean `human_distance`"),
+        ("estop_pressed=/d", "`estop_pressed` is no number of the site"),
+        ("human_distance=/d:std_msgs/msg/String", "`std_msgs/msg/String` is none of"),
+        ("human_distance=d", "`d` is not an absolute ROS 2 name"),
+        ("human_distance", "not an absolute ROS 2 name"),
+    ],
+)
+def test_a_mistake_is_explained(text: str, reason: str, site: Site) -> None:
+    with pytest.raises(UsageError, match=reason):
+        read_topic_sensor(text, site)
+
+
+@pytest.mark.parametrize("given", [["--ros-args", "-r", "__ns:=/a"], ["--topic-sensor", "x=/x"]])
+def test_options_of_ros_2_need_it(given: list[str]) -> None:
+    parser = argparse.ArgumentParser()
+    add_ros2_options(parser)
+    configuration = argparse.Namespace()
+    with pytest.raises(UsageError, match=f"{given[0]} needs --ros2"):
+        open_peers(parser.parse_args(given), configuration)  # type: ignore[arg-type]
+
+
+def test_all_arguments_after_ros_args_are_for_ros_2() -> None:
+    parser = argparse.ArgumentParser()
+    add_ros2_options(parser)
+    parsed = parser.parse_args(["--ros2", "--ros-args", "-r", "__ns:=/a", "--ros2"])
+    assert parsed.ros_args == ["-r", "__ns:=/a", "--ros2"]
