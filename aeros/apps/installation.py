@@ -23,6 +23,7 @@ EXTRAS: Final = {
     "distributed": "experiments on a cluster: `aeros experiment --executor`",
     "experiments": "trials of many runs: `aeros experiment`",
     "film": "films of runs: `aeros film`, `aeros run --film`",
+    "franka": "a real Franka Research 3: `aeros run --plant franka`",
     "gym": "environments of Gymnasium: `import aeros.gym`",
     "kinematic": "robots without physics: `aeros run --plant kinematic`",
     "learned": "modules with networks",
