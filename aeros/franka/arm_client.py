@@ -1,0 +1,170 @@
+"""The plant's end of the process that drives the arm."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from math import inf
+from typing import Any, Final, NamedTuple
+
+from aeros.franka.arm import ArmState
+from aeros.franka.link import JudgedMessage, LinkClosedError, Message, StartMessage, StateMessage, event
+from aeros.franka.process import Process
+from aeros.runtime.ports import Trajectory
+
+SILENCE: Final = 2.0
+"""Longest time without a state of the robot, s: it sends one each millisecond."""
+
+_FRESH: Final = 0.02
+"""Age up to which the newest state is returned again while nothing moves, s."""
+
+
+class RobotGoneError(ConnectionError):
+    """The robot, or the process that drives it, can no longer be reached; the message says why."""
+
+
+class StreamEnd(NamedTuple):
+    """End of a streamed motion.
+
+    Attributes:
+        reason: why the arm was stopped by its process, or by the robot; None if neither was the case.
+        is_braked: the motion was braked before its end.
+    """
+
+    reason: str | None
+    is_braked: bool
+
+
+class ArmClient:
+    """The arm, as the plant drives it.
+
+    Args:
+        settings: JSON values for the process.
+
+    Raises:
+        ProcessError: the robot cannot be reached.
+
+    Attributes:
+        state: the newest state that was read.
+        is_streaming: a motion is streamed.
+        own_stop: why the process brakes by itself; None if it does not.
+        end: of the motion that was streamed last; None while it is streamed.
+        ended_at: time of the newest state when it ended, s.
+        cycle_times: of the motion that was streamed last: `streamer.CycleTimes.summary`.
+        pid: number of the process.
+    """
+
+    state: ArmState
+
+    def __init__(self, settings: Mapping[str, Any]) -> None:
+        self._process = Process("arm", settings)
+        self.pid = self._process.pid
+        self.is_streaming = False
+        self.own_stop: str | None = None
+        self.end: StreamEnd | None = None
+        self.ended_at = -inf
+        self.cycle_times: Mapping[str, float] = {}
+        self._is_watched = False
+        self._is_told_to_brake = False
+        self._received = 0.0
+
+    def refresh(self) -> bool:
+        """Ask for a state, unless the newest one has just come; nothing is streamed.
+
+        Returns:
+            True if there is a new state.
+
+        Raises:
+            RobotGoneError: there is none within `SILENCE`.
+        """
+        if time.monotonic() - self._received < _FRESH:
+            return False
+        while self._receive(0.0) is not None:
+            pass  # of a time when all states were asked for
+        self._send(event("read"))
+        while not isinstance(self._receive(SILENCE), StateMessage):
+            pass
+        return True
+
+    def watch(self, *, on: bool) -> None:
+        """Ask for every state, or for no more.
+
+        Args:
+            on: True for every state.
+        """
+        if on is not self._is_watched:
+            self._is_watched = on
+            self._send(event("watch", on=on))
+
+    def start(self, plan: Trajectory) -> None:
+        """Begin to stream a motion.
+
+        Args:
+            plan: the decided motion.
+        """
+        self.is_streaming, self._is_told_to_brake = True, False
+        self.own_stop = self.end = None
+        self._send(StartMessage(plan.joint_paths[0], plan.duration))
+
+    def brake(self) -> None:
+        """Brake the motion that is streamed, if there is one."""
+        if self.is_streaming and not self._is_told_to_brake:
+            self._is_told_to_brake = True
+            self._send(event("brake"))
+
+    def acknowledge(self) -> None:
+        """Say that the monitor has judged the newest state."""
+        if self.is_streaming:
+            self._send(JudgedMessage(self.state.time))
+
+    def wait(self) -> bool:
+        """Wait for the next message of the process.
+
+        Returns:
+            True if it is a state.
+
+        Raises:
+            RobotGoneError: there is none within `SILENCE`.
+        """
+        return isinstance(self._receive(SILENCE), StateMessage)
+
+    def close(self) -> None:
+        """End the process, which brakes first; safe to call twice."""
+        self.is_streaming = False
+        self._process.close()
+
+    def _send(self, message: Message) -> None:
+        try:
+            self._process.link.send(message)
+        except LinkClosedError as failure:
+            self._note_gone(str(failure))
+
+    def _receive(self, timeout: float) -> Message | None:
+        """Receive a message and take it in; None if `timeout` is 0 and there is none."""
+        try:
+            message = self._process.link.receive(timeout)
+        except LinkClosedError as failure:
+            raise self._note_gone(str(failure)) from failure
+        if isinstance(message, StateMessage):
+            self.state, self._received = message.state, time.monotonic()
+        elif isinstance(message, dict):
+            self._take_event(message)
+        elif message is None and timeout > 0.0:
+            raise self._note_gone(f"the robot has sent nothing for {timeout:g} s")
+        return message
+
+    def _take_event(self, message: dict[str, Any]) -> None:
+        kind = message.pop("is")
+        if kind == "gone":
+            raise self._note_gone(str(message["reason"]))
+        if kind == "braking":
+            self.own_stop = str(message["reason"])
+        elif kind == "ended":
+            self.end = StreamEnd(message.pop("reason"), message.pop("braked"))
+            self.cycle_times, self.is_streaming, self.ended_at = message, False, self.state.time
+
+    def _note_gone(self, why: str) -> RobotGoneError:
+        """Note that no message will come any more."""
+        if self.is_streaming:
+            self.is_streaming, self.end = False, StreamEnd(f"gone: {why}", False)
+        return RobotGoneError(why)

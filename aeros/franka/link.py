@@ -1,0 +1,222 @@
+"""Messages between the plant and its processes, over a pair of Unix sockets that keep messages whole.
+
+The first byte tells the kind. States and the acknowledgements of states cross a thousand times a second, so
+these are packed; a path is packed as it is long; everything else is JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import select
+import socket
+import struct
+from array import array
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
+
+from aeros.franka.arm import JOINTS, ArmState
+from aeros.franka.streamed_motion import PathPiece
+
+_STATE: Final = struct.Struct(f"<cd{5 * JOINTS}dBd?")
+_JUDGED: Final = struct.Struct("<cd")
+_PATH: Final = struct.Struct("<cd")
+
+_BUFFER_BYTES: Final = 1 << 20
+_LARGEST: Final = 1 << 18
+"""Size of the sockets' buffers and of the largest message, bytes."""
+
+
+class StateMessage(NamedTuple):
+    """A state of the robot.
+
+    Attributes:
+        state: the state.
+        is_controlled: True if positions are commanded.
+    """
+
+    state: ArmState
+    is_controlled: bool
+
+
+class JudgedMessage(NamedTuple):
+    """Statement of the plant that its monitor has judged all states up to one.
+
+    Attributes:
+        time: of that state, s.
+    """
+
+    time: float
+
+
+class StartMessage(NamedTuple):
+    """Order to begin a motion.
+
+    Attributes:
+        path: Bézier pieces, rad.
+        duration: s.
+    """
+
+    path: tuple[PathPiece, ...]
+    duration: float
+
+
+Message = StateMessage | JudgedMessage | StartMessage | dict[str, Any]
+"""A message; everything that is not packed is a dictionary of JSON values with a key `is`."""
+
+
+class LinkClosedError(Exception):
+    """The other end of the link is gone."""
+
+
+class Link:
+    """One end of a link.
+
+    Args:
+        end: a Unix socket that keeps messages whole.
+    """
+
+    def __init__(self, end: socket.socket) -> None:
+        self._socket = end
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER_BYTES)
+
+    def fileno(self) -> int:
+        """Return the socket's file descriptor, to wait on.
+
+        Returns:
+            The descriptor.
+        """
+        return self._socket.fileno()
+
+    def send(self, message: Message) -> bool:
+        """Send a message without waiting.
+
+        Args:
+            message: the message.
+
+        Returns:
+            False if the other end has not read for so long that there is no room.
+
+        Raises:
+            LinkClosedError: the other end is gone.
+        """
+        try:
+            self._socket.send(encode(message), socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return False
+        except OSError as failure:
+            raise LinkClosedError(str(failure)) from failure
+        return True
+
+    def receive(self, timeout: float = 0.0) -> Message | None:
+        """Receive a message.
+
+        Args:
+            timeout: longest time to wait, s.
+
+        Returns:
+            The message; None if there is none.
+
+        Raises:
+            LinkClosedError: the other end is gone, and everything that it sent has been read.
+        """
+        try:
+            if timeout > 0.0 and not select.select([self._socket], [], [], timeout)[0]:
+                return None
+            data = self._socket.recv(_LARGEST, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return None
+        except OSError as failure:
+            raise LinkClosedError(str(failure)) from failure
+        if not data:
+            raise LinkClosedError("the other process has ended")
+        return decode(data)
+
+    def close(self) -> None:
+        """Close this end."""
+        self._socket.close()
+
+
+def open_link() -> tuple[Link, socket.socket]:
+    """Make a link.
+
+    Returns:
+        This end, and the socket of the other end, for the process that gets it.
+    """
+    here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    return Link(here), there
+
+
+def encode(message: Message) -> bytes:
+    """Write a message as bytes.
+
+    Args:
+        message: the message.
+
+    Returns:
+        The bytes.
+    """
+    if isinstance(message, StateMessage):
+        one = message.state
+        columns = (*one.q, *one.dq, *one.q_d, *one.torque, *one.external_torque)
+        return _STATE.pack(b"S", one.time, *columns, one.mode, one.success_rate, message.is_controlled)
+    if isinstance(message, JudgedMessage):
+        return _JUDGED.pack(b"T", message.time)
+    if isinstance(message, StartMessage):
+        numbers = array("d", [value for piece in message.path for corner in piece for value in corner])
+        return _PATH.pack(b"P", message.duration) + numbers.tobytes()
+    return b"J" + json.dumps(message).encode()
+
+
+def decode(data: bytes) -> Message:
+    """Read a message from bytes.
+
+    Args:
+        data: what `encode` wrote.
+
+    Returns:
+        The message.
+
+    Raises:
+        LinkClosedError: these are no bytes of a message, as only another program would send.
+    """
+    try:
+        if data[:1] == b"S":
+            _, time, *numbers, mode, rate, is_controlled = _STATE.unpack(data)
+            q, dq, q_d, torque, external = (
+                tuple(numbers[first : first + JOINTS]) for first in range(0, 5 * JOINTS, JOINTS)
+            )
+            return StateMessage(ArmState(time, q, dq, q_d, torque, external, mode, rate), is_controlled)
+        if data[:1] == b"T":
+            return JudgedMessage(_JUDGED.unpack(data)[1])
+        if data[:1] == b"P":
+            return StartMessage(_path_of(data[_PATH.size :]), _PATH.unpack(data[: _PATH.size])[1])
+        return dict(json.loads(data[1:]))
+    except (struct.error, ValueError, TypeError) as failure:
+        raise LinkClosedError(f"a message of {len(data)} bytes cannot be read: {failure}") from failure
+
+
+def event(kind: str, **details: Any) -> dict[str, Any]:
+    """Make a message that is not packed.
+
+    Args:
+        kind: tells what happened, or what to do.
+        details: JSON values by name.
+
+    Returns:
+        The message.
+    """
+    return {"is": kind, **details}
+
+
+def _path_of(data: bytes) -> tuple[PathPiece, ...]:
+    numbers = array("d")
+    numbers.frombytes(data)
+    corners: Sequence[tuple[float, ...]] = [
+        tuple(numbers[first : first + JOINTS]) for first in range(0, len(numbers), JOINTS)
+    ]
+    if not corners or len(corners) % 4 or len(numbers) % JOINTS:
+        raise ValueError(f"{len(numbers)} numbers are no path")
+    return tuple(
+        (corners[first], corners[first + 1], corners[first + 2], corners[first + 3])
+        for first in range(0, len(corners), 4)
+    )
