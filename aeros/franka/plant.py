@@ -19,7 +19,6 @@ from aeros.franka.measurements import Measurements
 from aeros.franka.process import ProcessError
 from aeros.franka.settings import FrankaSettings
 from aeros.franka.standing_robot import StandingRobot
-from aeros.franka.streamer import START_TOLERANCE
 from aeros.runtime.ports import (
     Monitor,
     MotionCompletion,
@@ -99,6 +98,7 @@ class FrankaPlant:
         self, settings: FrankaSettings, model: RobotModel, base: Vec3, declared: Collection[str]
     ) -> None:
         self._robot = StandingRobot(model, base)
+        self._start_tolerance = settings.start_tolerance
         self._measurements = Measurements(model, base, declared)
         self._declared = frozenset(declared)
         self._motions: dict[MotionHandle, _Motion] = {}
@@ -289,7 +289,7 @@ class FrankaPlant:
             away = max(
                 abs(a - b) for a, b in zip(self._robot.q_command, plan.joint_paths[0][0][0], strict=True)
             )
-            if away > START_TOLERANCE:
+            if away > self._start_tolerance:
                 return f"stale: the plan starts {away:.4f} rad from where the arm is commanded"
         if action.kind == "grip" and self._hand is not None:
             self._hand.poll()
@@ -401,4 +401,5 @@ def _arm_settings(settings: FrankaSettings, model: RobotModel) -> dict[str, Any]
         "acceleration": model.limits.acceleration.tolist(),
         "jerk": model.limits.jerk.tolist(),
         "patience": settings.patience,
+        "start_tolerance": settings.start_tolerance,
     }

@@ -111,7 +111,9 @@ def run(order: Mapping[str, Any], link: Link) -> None:
     # A collection takes milliseconds, and this loop has one.
     gc.collect()
     gc.disable()
-    Streamer(part, link, order["acceleration"], order["jerk"], order["patience"]).run()
+    Streamer(
+        part, link, order["acceleration"], order["jerk"], order["patience"], order["start_tolerance"]
+    ).run()
 
 
 def _open_part(order: Mapping[str, Any]) -> Any:

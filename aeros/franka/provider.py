@@ -7,6 +7,7 @@ from typing import Final
 
 from aeros.franka.plant import FrankaPlant
 from aeros.franka.settings import read_settings
+from aeros.franka.subject import franka_subject
 from aeros.runtime.ports import Plant
 from aeros.session.plant_provider import PlantProvider, PlantRequest
 from aeros.sim.robot.robot_file import robot_of
@@ -32,4 +33,4 @@ def open_franka(request: PlantRequest) -> Plant:
     return FrankaPlant(settings, robot_of(request.site), base, request.site.state)
 
 
-FRANKA: Final = PlantProvider(open_franka)
+FRANKA: Final = PlantProvider(open_franka, franka_subject)

@@ -39,6 +39,7 @@ class FrankaSettings:
         torques: thresholds of the joints' external torques, N·m.
         forces: thresholds of the force, N, and the moment, N·m, at the hand, along each axis.
         patience: longest time without a judgement of the monitor, s.
+        start_tolerance: greatest distance of a motion's start from the joints, rad, as the site bounds it.
     """
 
     address: str
@@ -47,6 +48,7 @@ class FrankaSettings:
     torques: tuple[float, ...]
     forces: tuple[float, ...]
     patience: float
+    start_tolerance: float
 
 
 def read_settings(environment: Mapping[str, str], site: Site) -> FrankaSettings:
@@ -75,6 +77,7 @@ def read_settings(environment: Mapping[str, str], site: Site) -> FrankaSettings:
         _constant(site, _TORQUE, "Nm", JOINTS),
         (force, force, force, moment, moment, moment),
         float(site.motion.late_ticks.longest),
+        float(site.motion.start_tolerance),
     )
 
 

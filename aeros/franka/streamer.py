@@ -15,15 +15,11 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import Any, Final
+from typing import Any
 
 from aeros.franka.arm import CYCLE, Arm, ArmError, ArmState, ControlledArm, Joints
 from aeros.franka.link import JudgedMessage, Link, LinkClosedError, StartMessage, StateMessage, event
 from aeros.franka.streamed_motion import StreamedMotion
-
-START_TOLERANCE: Final = 1e-3
-"""Greatest distance of a motion's start from the commanded joints, rad: the robot commands the measured
-joints when a motion begins. It fades out (`StreamedMotion.begin_at`)."""
 
 
 class CycleTimes:
@@ -90,14 +86,22 @@ class Streamer:
         acceleration: limit of each joint, rad/s².
         jerk: limit of each joint, rad/s³.
         patience: longest time on the robot's clock for which a motion goes on without a judgement, s.
+        start_tolerance: greatest distance of a motion's start from the commanded joints, rad; it fades out.
     """
 
     def __init__(
-        self, arm: Arm, link: Link, acceleration: Sequence[float], jerk: Sequence[float], patience: float
+        self,
+        arm: Arm,
+        link: Link,
+        acceleration: Sequence[float],
+        jerk: Sequence[float],
+        patience: float,
+        start_tolerance: float,
     ) -> None:
         self._arm, self._link = arm, link
         self._limits = acceleration, jerk
         self._patience = patience
+        self._start_tolerance = start_tolerance
         self._judged = 0.0
         self._wants_state = False
         self._is_watched = False
@@ -155,7 +159,7 @@ class Streamer:
     def _stream(self, control: ControlledArm, motion: StreamedMotion, times: CycleTimes) -> str | None:
         """Stream set points until the arm rests; return why it braked by itself, or None."""
         state = control.read()
-        refusal = _start_refusal(state, motion.start)
+        refusal = self._start_refusal(state, motion.start)
         if refusal is not None:
             control.write(state.q_d, is_last=True)
             return refusal
@@ -206,10 +210,9 @@ class Streamer:
                 raise LinkClosedError("the plant does not read")
             time.sleep(CYCLE)
 
-
-def _start_refusal(state: ArmState, start: Joints) -> str | None:
-    """Return why a motion cannot begin here, or None."""
-    away = max(abs(a - b) for a, b in zip(state.q_d, start, strict=True))
-    if away <= START_TOLERANCE:
-        return None
-    return f"stale: the motion begins {away:.6f} rad from where the arm is commanded"
+    def _start_refusal(self, state: ArmState, start: Joints) -> str | None:
+        """Return why a motion cannot begin here, or None."""
+        away = max(abs(a - b) for a, b in zip(state.q_d, start, strict=True))
+        if away <= self._start_tolerance:
+            return None
+        return f"stale: the motion begins {away:.6f} rad from where the arm is commanded"

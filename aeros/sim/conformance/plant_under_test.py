@@ -46,6 +46,10 @@ class PlantUnderTest:
         parallel_actions: an action that drives the base for a second or more, and one that moves the arm
             meanwhile; () for a plant without such actions.
         look_action: an action that takes a picture with one camera; None for a plant without cameras.
+        handover: longest time at the beginning or the end of a motion in which the robot stands and reports
+            nothing, as its driver changes over, s; 0 if it reports at every tick.
+        repeats: True if the same actions on a new plant give the same ticks, bit for bit, as of a simulator;
+            False for a robot, of which the checks that compare two runs allow for noise and tolerances.
         joint_variable: vocabulary name of the joint positions.
         base_variable: vocabulary name of the base position.
     """
@@ -64,6 +68,8 @@ class PlantUnderTest:
     contact_actions: tuple[Action, ...] = ()
     parallel_actions: tuple[Action, Action] | tuple[()] = ()
     look_action: Action | None = None
+    handover: float = 0.0
+    repeats: bool = True
     joint_variable: str = "joint_position"
     base_variable: str = "base_position"
 
@@ -210,7 +216,7 @@ def require_every_tick(subject: PlantUnderTest, times: Sequence[float], end: flo
         return
     gaps = [after - before for before, after in pairwise([*times, end])]
     require(
-        max(gaps) <= 1.5 * subject.period,
+        max(gaps) <= max(1.5 * subject.period, subject.handover),
         f"during a stop the monitor was not asked for {max(gaps):.3f} s",
     )
 
