@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Any, Final
 
 from aeros.franka.link import LinkClosedError, event
@@ -40,11 +41,8 @@ class HandClient:
         self._speed = 2.0 * finger_speed
         self.is_busy = False
         self.failure: str | None = None
-        self._is_gone = False
         self._commanded_gap = 0.0
-        self._gap = 0.0
-        self._is_grasped = False
-        self._read_at: float | None = None
+        self._readings: Mapping[str, Reading] = {}
         self._asked_at = 0.0
 
     def grip(self, gap: float, force: float) -> None:
@@ -57,42 +55,40 @@ class HandClient:
         self.is_busy, self._commanded_gap, self.failure = True, gap, None
         self._send(event("grip", gap=gap, speed=self._speed, force=force))
 
-    def refresh(self) -> None:
-        """Wait for the hand's state, unless it is busy."""
-        self.poll()
-        if self.is_busy or self.failure is not None:
-            return
-        latest = time.monotonic() + _WAIT
-        before = self._read_at
-        self._send(event("read"))
-        while self._read_at == before and self.failure is None and time.monotonic() < latest:
-            self._receive(_WAIT)
-
-    def poll(self) -> None:
-        """Take in what the hand has said, and ask for its state from time to time."""
-        while self._receive(0.0):
-            pass
-        now = time.monotonic()
-        if not self.is_busy and now - self._asked_at > _INTERVAL:
-            self._asked_at = now
-            self._send(event("read"))
-
-    def readings(self, now: float) -> dict[str, Reading]:
-        """Return what the hand measures.
+    def refresh(self, now: float) -> None:
+        """Wait for the hand's state, unless it is busy.
 
         Args:
             now: plant time, s.
+        """
+        self.poll(now)
+        if self.is_busy or self.failure is not None:
+            return
+        latest, before = time.monotonic() + _WAIT, self._readings
+        self._send(event("read"))
+        while self._readings is before and self.failure is None and time.monotonic() < latest:
+            self._receive(_WAIT, now)
+
+    def poll(self, now: float) -> None:
+        """Take in what the hand has said, and ask for its state from time to time.
+
+        Args:
+            now: plant time, s.
+        """
+        while self._receive(0.0, now):
+            pass
+        clock = time.monotonic()
+        if not self.is_busy and clock - self._asked_at > _INTERVAL:
+            self._asked_at = clock
+            self._send(event("read"))
+
+    def readings(self) -> Mapping[str, Reading]:
+        """Return what the hand measured last.
 
         Returns:
-            Readings by vocabulary name, each with its own time; empty if nothing was measured, or the hand is
-            gone.
+            Readings by vocabulary name; empty if nothing was measured, or the hand is gone.
         """
-        if self._read_at is None or self._is_gone:
-            return {}
-        at = now - (time.monotonic() - self._read_at)
-        # Fingers that close on nothing report a grasp as wide as was commanded.
-        holding = self._is_grasped and self._gap > self._commanded_gap + _GRASP_ROOM
-        return {"finger_gap": Reading(self._gap, at), "holding": Reading(holding, at)}
+        return self._readings
 
     def close(self) -> None:
         """End the process; the fingers keep their grip. Safe to call twice."""
@@ -104,7 +100,7 @@ class HandClient:
         except LinkClosedError as failure:
             self._note_gone(str(failure))
 
-    def _receive(self, timeout: float) -> bool:
+    def _receive(self, timeout: float, now: float) -> bool:
         """Take in one message; return False if there is none."""
         try:
             message = self._process.link.receive(timeout)
@@ -116,11 +112,14 @@ class HandClient:
         if message["is"] == "gone":
             self._note_gone(str(message["reason"]))
             return False
-        self._gap, self._is_grasped = float(message["gap"]), bool(message["grasped"])
-        self._read_at = float(message["at"])
         if message["is"] == "gripped":
             self.is_busy, self.failure = False, message["reason"]
+        gap = float(message["gap"])
+        # Fingers that close on nothing report a grasp as wide as was commanded.
+        holding = bool(message["grasped"]) and gap > self._commanded_gap + _GRASP_ROOM
+        at = now - (time.monotonic() - float(message["at"]))
+        self._readings = {"finger_gap": Reading(gap, at), "holding": Reading(holding, at)}
         return True
 
     def _note_gone(self, why: str) -> None:
-        self._is_gone, self.is_busy, self.failure = True, False, f"the hand is gone: {why}"
+        self._readings, self.is_busy, self.failure = {}, False, f"the hand is gone: {why}"

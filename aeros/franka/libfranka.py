@@ -43,26 +43,36 @@ class LibfrankaArm:
 
     Args:
         address: the robot's address in the network.
-        real_time: True to require a real-time kernel and the highest priority.
-        thresholds: torques (7,), N·m, and forces and moments at the hand (6,), N and N·m, at which the robot
-            stops
-            by itself; half of each is a contact.
+        real_time: True to require a real-time kernel.
 
     Raises:
-        ArmError: the library is missing, the robot cannot be reached, or it refuses the thresholds.
+        ArmError: the library is missing, or the robot cannot be reached.
     """
 
-    def __init__(self, address: str, *, real_time: bool, thresholds: tuple[Joints, Joints]) -> None:
+    def __init__(self, address: str, *, real_time: bool) -> None:
         self._library = load_library()
         config = self._library.RealtimeConfig
         try:
             self._robot = self._library.Robot(address, config.kEnforce if real_time else config.kIgnore)
-            torques, forces = thresholds
+        except Exception as failure:
+            raise _explained(self._library, failure, f"the robot at `{address}`") from failure
+
+    def set_thresholds(self, torques: Joints, forces: Joints) -> None:
+        """Set the robot's own collision detection; half of each threshold is a contact.
+
+        Args:
+            torques: external torques of the joints (7,) at which the robot stops by itself, N·m.
+            forces: forces, N, and moments, N·m, at the hand (6,), likewise.
+
+        Raises:
+            ArmError: the robot refuses it, or it is gone.
+        """
+        try:
             self._robot.set_collision_behavior(
                 [value / 2.0 for value in torques], [*torques], [value / 2.0 for value in forces], [*forces]
             )
         except Exception as failure:
-            raise _explained(self._library, failure, f"the robot at `{address}`") from failure
+            raise _explained(self._library, failure, "the robot") from failure
 
     def read(self) -> ArmState:
         """Implement `Arm.read`."""

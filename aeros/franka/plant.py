@@ -139,7 +139,7 @@ class FrankaPlant:
             if self._arm.refresh():
                 self._take_state()
             if self._hand is not None:
-                self._hand.refresh()
+                self._hand.refresh(self.now())
         time = self.now()
         readings = {name: Reading(value, time) for name, value in self._values.items()}
         return {**readings, **self._hand_readings()}
@@ -241,13 +241,13 @@ class FrankaPlant:
         if is_state:
             self._take_state()
             if self._hand is not None:
-                self._hand.poll()
+                self._hand.poll(self.now())
         return is_state
 
     def _hand_readings(self) -> dict[str, Reading]:
         if self._hand is None:
             return {}
-        readings = self._hand.readings(self.now())
+        readings = self._hand.readings()
         return {name: one for name, one in readings.items() if name in self._declared}
 
     def _monitor_values(self) -> Mapping[str, Any]:
@@ -292,7 +292,7 @@ class FrankaPlant:
             if away > self._start_tolerance:
                 return f"stale: the plan starts {away:.4f} rad from where the arm is commanded"
         if action.kind == "grip" and self._hand is not None:
-            self._hand.poll()
+            self._hand.poll(self.now())
             if self._hand.is_busy:
                 return "busy: the fingers move already"
         return None

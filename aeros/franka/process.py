@@ -132,8 +132,9 @@ def _open_part(order: Mapping[str, Any]) -> Any:
                 f"this process may not have real-time priority {_PRIORITY}: {failure.strerror}; give the "
                 "user `rtprio` in /etc/security/limits.conf (docs/how-to/real-franka.md)"
             ) from failure
-    thresholds = tuple(order["torques"]), tuple(order["forces"])
-    return LibfrankaArm(order["address"], real_time=order["real_time"], thresholds=thresholds)
+    arm = LibfrankaArm(order["address"], real_time=order["real_time"])
+    arm.set_thresholds(tuple(order["torques"]), tuple(order["forces"]))
+    return arm
 
 
 if __name__ == "__main__":

@@ -170,7 +170,7 @@ class Streamer:
             try:
                 is_told = self._exchange(state)
                 late = state.time - self._judged
-                if not motion.is_braking and not is_told and late > self._patience:
+                if not motion.is_braking and not is_told and late > self._patience + CYCLE / 2.0:
                     unjudged = f"{1000.0 * late:.0f} ms of the robot's clock"
                     reason = f"late: the monitor has judged nothing for {unjudged}"
                     is_told = True

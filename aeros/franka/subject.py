@@ -33,7 +33,7 @@ _REACTION: Final = 0.05
 """Time from the state in which a rule is broken until braking begins, s, also on a busy computer."""
 
 _HANDOVER: Final = 0.015
-"""Time in which libfranka itself reads the states, as it begins or ends a motion, s (4 ms at most, as measured)."""
+"""Time in which libfranka itself reads the states, as it begins or ends a motion, s (measured: 4 ms)."""
 
 
 def franka_subject() -> PlantUnderTest:
