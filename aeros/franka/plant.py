@@ -200,6 +200,8 @@ class FrankaPlant:
                     rule = monitor(self.now(), self._monitor_values())
                     self._arm.acknowledge()
         except RobotGoneError as failure:
+            if not self._motions:
+                raise
             return self._end_all(f"gone: {failure}", monitor)
         return self._end_all(self._own_stop() if rule is None else f"monitor:{rule}", monitor)
 

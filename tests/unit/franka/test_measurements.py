@@ -1,4 +1,5 @@
 from math import dist
+from typing import Any
 
 import pytest
 
@@ -10,12 +11,21 @@ from tests.unit.franka.arms import READY
 MODEL = read_robot("franka_fr3")
 STILL = (0.0,) * 7
 NAMES = (
-    "joint_position joint_velocity joint_torque joint_torque_rate tool_position tool_speed link_speed "
-    "tracking_error contact_force estop_pressed base_position"
-).split()
+    "joint_position",
+    "joint_velocity",
+    "joint_torque",
+    "joint_torque_rate",
+    "tool_position",
+    "tool_speed",
+    "link_speed",
+    "tracking_error",
+    "contact_force",
+    "estop_pressed",
+    "base_position",
+)
 
 
-def state(time: float = 1.0, **changes: object) -> ArmState:
+def state(time: float = 1.0, **changes: Any) -> ArmState:
     return ArmState(time, READY, STILL, READY, STILL, STILL, 1, 0.0)._replace(**changes)
 
 

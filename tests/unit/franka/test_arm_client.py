@@ -1,0 +1,49 @@
+import os
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from aeros.franka.arm_client import ArmClient, RobotGoneError
+from aeros.runtime.ports import Trajectory
+from aeros.sim.robot.robot_file import read_robot
+from tests.unit.franka.arms import READY, line, use_stub
+from tests.unit.franka.test_process import ARM
+
+PLAN = Trajectory(read_robot("franka_fr3").body, (line(READY, 0.05),), (0.0,) * 3, (0.0,) * 3, 0.2)
+
+
+@pytest.fixture
+def arm(monkeypatch: pytest.MonkeyPatch) -> Iterator[ArmClient]:
+    use_stub(monkeypatch)
+    client = ArmClient(ARM)
+    yield client
+    client.close()
+    client.close()
+
+
+def test_a_motion_is_streamed_while_its_states_are_judged(arm: ArmClient) -> None:
+    assert arm.refresh()
+    assert not arm.refresh()
+    arm.watch(on=True)
+    arm.start(PLAN)
+    while arm.is_streaming:
+        if arm.wait():
+            arm.acknowledge()
+    assert arm.end == (None, False)
+    assert arm.cycle_times["cycles"] > 100
+    arm.watch(on=True)
+    assert arm.wait()
+    assert arm.state.q == pytest.approx([q + 0.05 for q in READY])
+
+
+def test_a_process_that_dies_in_mid_motion_ends_the_motion(arm: ArmClient) -> None:
+    arm.refresh()
+    arm.start(PLAN)
+    assert arm.wait()
+    os.kill(arm.pid, signal.SIGKILL)
+    with pytest.raises(RobotGoneError, match="the other process has ended"):
+        all(arm.wait() or True for _ in range(1000))
+    assert not arm.is_streaming
+    assert arm.end is not None
+    assert str(arm.end.reason).startswith("gone: ")

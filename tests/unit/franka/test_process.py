@@ -1,0 +1,71 @@
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from aeros.franka.link import Link, event
+from aeros.franka.process import Process, ProcessError, run
+from tests.unit.franka.arms import SETTINGS, import_stub, use_stub
+
+ARM = {
+    "address": "stub",
+    "real_time": False,
+    "torques": SETTINGS.torques,
+    "forces": SETTINGS.forces,
+    "acceleration": [10.0] * 7,
+    "jerk": [5000.0] * 7,
+    "patience": 0.5,
+    "start_tolerance": 0.003,
+}
+
+
+@contextmanager
+def opened(part: str) -> Iterator[Process]:
+    process = Process(part, ARM)
+    try:
+        yield process
+    finally:
+        process.close()
+
+
+def test_a_process_reads_the_robot_and_ends_when_it_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    use_stub(monkeypatch)
+    with opened("arm") as process:
+        process.link.send(event("read"))
+        assert process.link.receive(5.0) is not None
+        assert process.pid > 0
+    process.close()
+
+
+def test_a_robot_that_cannot_be_reached_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    use_stub(monkeypatch, refuses="libfranka: Connection timeout")
+    with pytest.raises(
+        ProcessError, match="the hand at `stub` cannot be reached: libfranka: Connection timeout"
+    ):
+        Process("hand", ARM)
+
+
+def test_an_arm_without_the_library_is_told(monkeypatch: pytest.MonkeyPatch, ends: tuple[Link, Link]) -> None:
+    monkeypatch.setitem(sys.modules, "pylibfranka", None)
+    run({"part": "arm", **ARM}, ends[1])
+    message = ends[0].receive()
+    assert isinstance(message, dict)
+    assert message["is"] == "failed"
+    assert "pip install 'aeros[franka]'" in message["reason"]
+
+
+def test_a_computer_without_real_time_is_told_what_to_do(
+    monkeypatch: pytest.MonkeyPatch, ends: tuple[Link, Link]
+) -> None:
+    import_stub(monkeypatch)
+
+    def refuse(*_: object) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr("os.sched_setscheduler", refuse)
+    run({"part": "arm", **ARM, "real_time": True}, ends[1])
+    message = ends[0].receive()
+    assert isinstance(message, dict)
+    assert "real-time priority 80: Operation not permitted" in message["reason"]
+    assert "docs/how-to/real-franka.md" in message["reason"]
