@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 from aeros.franka.arm import ArmState
 from aeros.franka.link import JudgedMessage, LinkClosedError, Message, StartMessage, StateMessage, event
 from aeros.franka.process import Process
-from aeros.runtime.ports import Trajectory
+from aeros.runtime.ports import PlantLostError, Trajectory
 
 SILENCE: Final = 2.0
 """Longest time without a state of the robot, s: it sends one each millisecond."""
@@ -19,7 +19,7 @@ _FRESH: Final = 0.02
 """Age up to which the newest state is returned again while nothing moves, s."""
 
 
-class RobotGoneError(ConnectionError):
+class RobotGoneError(PlantLostError):
     """The robot, or the process that drives it, can no longer be reached; the message says why."""
 
 

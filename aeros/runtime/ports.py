@@ -334,6 +334,10 @@ MotionHandle = NewType("MotionHandle", int)
 """Number of one action under way on a plant, assigned by the plant."""
 
 
+class PlantLostError(ConnectionError):
+    """The plant can no longer be reached; the message says why."""
+
+
 class Plant(Protocol):
     """Executor of allowed actions: a simulator, an in-memory fake or a robot.
 
@@ -346,6 +350,8 @@ class Plant(Protocol):
 
     A plant with an attribute `action_kinds`, the names of the action kinds that it can do, gets each action
     under the name that the site says it means. The runtime refuses to start if modules need other kinds.
+
+    A plant that is out of reach ends the motions under way, and from then on raises `PlantLostError`.
 
     A plant that has cameras has a method `pictures() -> Mapping[str, CameraPicture]`; see `newest_pictures`.
 

@@ -1,8 +1,8 @@
 """franka-sim, which speaks the network protocol of the real robot, in an environment of its own.
 
-It pins NumPy 1.26 and MuJoCo before 3.3, so nothing of it is installed beside AEROS. Its model of the FR3 is that of
-the wheel of franky-sim, as franka-sim's own is downloaded at run time. The protocol's ports are fixed, so one server
-runs at a time on a machine.
+It pins NumPy 1.26 and MuJoCo before 3.3, so nothing of it is installed beside AEROS. Its model of the FR3 is
+that of the wheel of franky-sim, as franka-sim's own is downloaded at run time. The ports of the protocol are
+fixed, so one server runs at a time on a machine.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The plant `franka` against franka-sim, over the network protocol of the real robot, on loopback.
 
-The server enforces motion limits and communication constraints as the robot does. It has no contacts and no stop
-button: contact reflexes and the robot's own stop are tested with a stub in `tests/unit/franka`. The monitor may be
-late by half a second here, as the machine that runs this is busy; the shipped cell allows 20 ms.
+The server enforces motion limits and communication constraints as the robot does. It has neither contacts nor
+a stop button: contact reflexes and the robot's own stop are tested with a stub in `tests/unit/franka`. The
+monitor may be late by half a second here, as other work keeps the machine busy; the shipped cell allows 20 ms.
 """
 
 from __future__ import annotations
@@ -183,9 +183,9 @@ def test_a_server_that_dies_in_mid_motion_ends_the_run_with_the_reason(
     wait_until_it_moves(tmp_path)
     server.kill()
     output, _ = agent.communicate(timeout=120.0)
-    assert agent.returncode not in (0, 4), output
+    assert agent.returncode == 4, output
+    assert "aeros: the plant is lost: the robot cannot be reached: libfranka: UDP receive: Timeout" in output
     assert "Traceback" not in output
-    assert "cannot be reached" in output
 
 
 def test_twenty_lost_cycles_are_a_reflex_which_only_a_person_clears(
@@ -211,7 +211,9 @@ def test_twenty_lost_cycles_are_a_reflex_which_only_a_person_clears(
         timeout=60.0,
         check=False,
     )
-    assert (cleared.returncode, cleared.stdout) == (0, "the robot's mode was reflex, and is idle\n")
+    # The simulator, unlike the robot, forgets a reflex when its client leaves.
+    assert cleared.returncode == 0, cleared.stdout
+    assert cleared.stdout.endswith("and is idle\n")
     with connected(site) as plant:
         assert run(plant, move(0.1)).completed
 
@@ -220,8 +222,8 @@ def test_a_motion_beyond_the_limits_is_a_reflex(server: subprocess.Popen[bytes],
     with connected(site) as plant:
         plan = plant.plan(move(0.3))
         assert isinstance(plan, Trajectory)
-        # As no gate would allow it: in a tenth of its time.
-        hasty = replace(plan, duration=plan.duration / 10.0)
+        # As no gate would allow it.
+        hasty = replace(plan, duration=0.1)
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(plant, "_plan", lambda action: hasty)
             end = run(plant, move(0.3))
@@ -251,8 +253,12 @@ def test_an_agent_that_is_killed_leaves_an_arm_that_has_braked(
     # Without commands the robot would stand in a reflex: it got its set points until it rested.
     settings = replace(read_settings(os.environ, site), has_hand=False)
     with closing(FrankaPlant(settings, robot_of(site), (0.0, 0.0, 0.0), site.state)) as plant:
-        assert max(map(abs, plant.observe()["joint_velocity"].value)) < 0.01
-    assert "communication_constraints" not in (tmp_path / "server.log").read_text(errors="replace")
+        stood = plant.observe()["joint_position"].value
+        time.sleep(0.5)
+        assert plant.observe()["joint_position"].value == pytest.approx(stood, abs=1e-3)
+    log = (tmp_path / "server.log").read_text(errors="replace")
+    assert "Control session ended (motion finished)" in log
+    assert "communication_constraints" not in log
 
 
 def test_the_hand_grips_what_is_there(server: subprocess.Popen[bytes], site: Site) -> None:

@@ -44,6 +44,7 @@ from aeros.cli.run.run_task import RunRequest, run_task
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import private_umask
 from aeros.runtime.gate.gate import GateMode
+from aeros.runtime.ports import PlantLostError
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import OperatorCommands
 from aeros.session.joined_tasks import joined_task, tasks_of
@@ -55,7 +56,6 @@ from aeros.session.setup import (
     find_signing_key,
     open_governor,
 )
-from aeros.sim.hosting.wire import ConnectionLostError
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -373,7 +373,7 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
     except SETUP_ERRORS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
-    except ConnectionLostError as lost:
+    except PlantLostError as lost:
         # A supervisor may restart this process.
         print(f"aeros: the plant is lost: {lost}", file=sys.stderr)
         return Exit.INTERNAL_ERROR

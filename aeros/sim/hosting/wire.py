@@ -21,6 +21,7 @@ from aeros.runtime.ports import (
     MotionCompletion,
     NoMotion,
     PlannedMotion,
+    PlantLostError,
     Reading,
     RobotBody,
     ServoBounds,
@@ -31,7 +32,7 @@ _LENGTH_PREFIX: Final = struct.Struct("<I")
 _MAX_MESSAGE_BYTES: Final = 64 * 1024 * 1024
 
 
-class ConnectionLostError(ConnectionError):
+class ConnectionLostError(PlantLostError):
     """The other end is gone, does not answer in time, or sends malformed messages."""
 
 
