@@ -22,6 +22,7 @@ EXTRAS: Final = {
     "distributed": "experiments on a cluster: `aeros experiment --executor`",
     "experiments": "trials of many runs: `aeros experiment`",
     "film": "films of runs: `aeros film`, `aeros run --film`",
+    "franka": "a real Franka Research 3: `aeros run --plant franka`",
     "kinematic": "robots without physics: `aeros run --plant kinematic`",
     "learned": "modules with networks",
     "learned-proof": "proofs about networks that intervals leave open",

@@ -22,8 +22,8 @@ SITE: Final = "AEROS_FRANKA_SITE"
 """Environment variable with the site file for `aeros check-plant franka`; by default that of AEROS's cell."""
 
 _SPEED: Final = 0.15
-_START: Final = (0.0, -0.6, 0.0, -2.1, 0.0, 1.5, 0.785)
-_END: Final = (0.2, -0.5, 0.1, -1.9, 0.1, 1.5, 0.6)
+START: Final = (0.0, -0.6, 0.0, -2.1, 0.0, 1.5, 0.785)
+END: Final = (0.2, -0.5, 0.1, -1.9, 0.1, 1.5, 0.6)
 """Postures between which the checks move the arm, rad, and the speed of its tool, m/s."""
 
 _WAIT: Final = 8.0
@@ -46,7 +46,7 @@ def franka_subject() -> PlantUnderTest:
         SettingsError: a setting is missing or wrong.
         UserError: the site file has problems.
     """
-    site = _site()
+    site = load_cell()
     model, settings = robot_of(site), read_settings(os.environ, site)
 
     def make_plant() -> Plant:
@@ -60,7 +60,7 @@ def franka_subject() -> PlantUnderTest:
 
     return PlantUnderTest(
         make_plant=make_plant,
-        motion_action=_joints_action(_END),
+        motion_action=move_joints(END),
         parallel_action=Action("wait", {"duration": _WAIT}),
         period=CYCLE,
         tracking_tolerance=0.02,
@@ -73,7 +73,16 @@ def franka_subject() -> PlantUnderTest:
     )
 
 
-def _site() -> Site:
+def load_cell() -> Site:
+    """Load the site that the environment names; that of AEROS's cell if it names none.
+
+    Returns:
+        The site.
+
+    Raises:
+        SettingsError: the file is no site file.
+        UserError: it has problems.
+    """
     path = Path(os.environ.get(SITE) or shipped_files("sites")["fr3_cell"])
     diagnostics = Diagnostics()
     site = load_site(path, diagnostics)
@@ -83,7 +92,15 @@ def _site() -> Site:
     return site
 
 
-def _joints_action(q: tuple[float, ...]) -> Action:
+def move_joints(q: tuple[float, ...]) -> Action:
+    """Make the action that moves the arm to a posture, slowly.
+
+    Args:
+        q: positions, rad.
+
+    Returns:
+        The action.
+    """
     return Action("move_joints", {**{f"q{i}": value for i, value in enumerate(q, 1)}, "speed": _SPEED})
 
 
@@ -93,7 +110,7 @@ def _bring_to_start(plant: Plant) -> None:
     Raises:
         RuntimeError: it does not get there.
     """
-    motion = plant.begin(_joints_action(_START))
+    motion = plant.begin(move_joints(START))
     if isinstance(motion, MotionCompletion):
         raise RuntimeError(f"the arm cannot go to the start of the checks: {motion.reason}")  # noqa: TRY004
     end = plant.advance(lambda time, values: None, plant.now() + 60.0)[motion]

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import inf, nan
 from typing import Any
 
 import pytest
 
-from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.ports import Monitor, MotionCompletion, MotionHandle, Reading, Readings
+from aeros.sim.clock import TICK
 from aeros.sim.conformance import observation_checks
 from aeros.sim.conformance.suite import Check, ConformanceError, PlantUnderTest
 from aeros.sim.fake import FakePlant
 from aeros.skill import act
 from tests.unit.sim.conformance.broken import Twin
+from tests.unit.sim.conformance.subjects import REACH
 from tests.unit.sim.conformance.twins import accept, broken_twins, refuse, whole_twins
 
 
@@ -101,3 +104,70 @@ def test_the_monitors_last_look_is_what_is_measured_then() -> None:
         ConformanceError, match="the monitor's last observation differs from the measurement at that time"
     ):
         observation_checks.the_monitor_runs_before_the_first_tick_and_after_each(subject)
+
+
+class LaterThanItMoves(Twin):
+    """Begins to report only after the first ticks of a motion, when the arm hardly moves yet."""
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
+        calls = 0
+
+        def reporting(now: float, values: Mapping[str, Any]) -> str | None:
+            nonlocal calls
+            calls += 1
+            return None if 2 <= calls <= 4 else monitor(now, values)
+
+        return super().advance(reporting, until)
+
+
+@pytest.mark.parametrize(
+    ("handover", "noise", "is_kept"),
+    [(0.0, 1e-3, False), (4 * TICK, 1e-3, True), (3 * TICK, 1e-3, False), (4 * TICK, 0.0, False)],
+)
+def test_only_a_robot_that_stands_may_be_silent_and_only_as_long_as_its_subject_says(
+    handover: float, noise: float, is_kept: bool
+) -> None:
+    subject = PlantUnderTest(
+        LaterThanItMoves, REACH, act("wait", duration=2.5), noise=noise, handover=handover
+    )
+    check = observation_checks.the_monitor_runs_before_the_first_tick_and_after_each
+    if is_kept:
+        check(subject)
+        return
+    with pytest.raises(ConformanceError, match="the monitor did not look for"):
+        check(subject)
+
+
+class ObservedIntoAnotherPlace(Twin):
+    """Ends a motion a milliradian farther if it was observed on the way."""
+
+    is_observed = False
+
+    def observe(self) -> Readings:
+        self.is_observed = self.is_observed or bool(self._under_way)
+        return super().observe()
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
+        over = super().advance(monitor, until)
+        if over and self.is_observed:
+            self.creep(1e-3)
+        return over
+
+
+@pytest.mark.parametrize(("tolerance", "is_kept"), [(0.01, True), (0.001, False)])
+def test_of_a_plant_that_does_not_repeat_two_runs_end_near_each_other(
+    tolerance: float, is_kept: bool
+) -> None:
+    subject = PlantUnderTest(
+        ObservedIntoAnotherPlace,
+        REACH,
+        act("wait", duration=2.5),
+        tracking_tolerance=tolerance,
+        repeats=False,
+    )
+    check = observation_checks.the_monitor_may_observe_and_changes_nothing_by_it
+    if is_kept:
+        check(subject)
+        return
+    with pytest.raises(ConformanceError, match="rad from where it ends unobserved"):
+        check(subject)
