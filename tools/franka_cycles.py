@@ -47,3 +47,7 @@ def main() -> None:
 
 def _ms(seconds: float) -> str:
     return f"{1000.0 * seconds:.3f} ms"
+
+
+if __name__ == "__main__":
+    main()

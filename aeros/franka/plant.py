@@ -9,16 +9,16 @@ The process of the arm brakes by itself when the states that the monitor has jud
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar
 
-from aeros.franka.arm import CYCLE, MODES, REFLEX
+from aeros.franka.arm import CYCLE
 from aeros.franka.arm_client import ArmClient, RobotGoneError
 from aeros.franka.hand_client import HandClient
 from aeros.franka.measurements import Measurements
+from aeros.franka.motion_table import MotionTable
+from aeros.franka.planner import PLANNERS, MotionPlanner, mode_refusal
 from aeros.franka.process import ProcessError
 from aeros.franka.settings import FrankaSettings
-from aeros.franka.standing_robot import StandingRobot
 from aeros.runtime.ports import (
     Monitor,
     MotionCompletion,
@@ -30,52 +30,8 @@ from aeros.runtime.ports import (
     Vec3,
     announce_stop,
 )
-from aeros.sim.robot.errors import ActionRejectedError
 from aeros.sim.robot.model import RobotModel
-from aeros.sim.robot.motions import (
-    JOINT_ARRIVAL_TOLERANCE,
-    ActionParameters,
-    plan_grip,
-    plan_move_joints,
-    plan_move_tool,
-    plan_stop,
-    plan_tool_lines,
-    plan_wait,
-)
 from aeros.skill import Action
-
-_PLANNERS: Final = {
-    "stop": plan_stop,
-    "wait": plan_wait,
-    "move_tool": plan_move_tool,
-    "move_joints": plan_move_joints,
-    "grip": plan_grip,
-}
-
-_REST_SPEED: Final = 0.01
-"""Joint speed below which the arm rests, rad/s, as on the simulators."""
-
-_SETTLE_TIME: Final = 0.25
-"""Longest time in which the arm comes to rest after its set points do, s."""
-
-_READY_MODES: Final = frozenset((MODES.index("idle"), MODES.index("move")))
-
-
-@dataclass
-class _Motion:
-    """A motion under way.
-
-    Attributes:
-        action: its action.
-        plan: its plan.
-        begun: plant time at which it began, s; None before the first `advance` after `begin`.
-        is_halting: it is coming to rest.
-    """
-
-    action: Action
-    plan: PlannedMotion
-    begun: float | None = None
-    is_halting: bool = False
 
 
 class FrankaPlant:
@@ -92,17 +48,14 @@ class FrankaPlant:
     """
 
     runs_in_real_time: ClassVar = True
-    action_kinds: ClassVar = frozenset(_PLANNERS)
+    action_kinds: ClassVar = frozenset(PLANNERS)
 
     def __init__(
         self, settings: FrankaSettings, model: RobotModel, base: Vec3, declared: Collection[str]
     ) -> None:
-        self._robot = StandingRobot(model, base)
-        self._start_tolerance = settings.start_tolerance
+        self._planner = MotionPlanner(model, base, settings.start_tolerance)
         self._measurements = Measurements(model, base, declared)
         self._declared = frozenset(declared)
-        self._motions: dict[MotionHandle, _Motion] = {}
-        self._count = 0
         self._planned: PlannedMotion | None = None
         self._values: Mapping[str, Any] = {}
         self._hand: HandClient | None = None
@@ -113,6 +66,7 @@ class FrankaPlant:
             self._require_ready()
             if settings.has_hand:
                 self._hand = HandClient(settings.address, model.hand.finger_speed)
+            self._motions = MotionTable(self._arm, self._hand)
         except (ProcessError, RobotGoneError) as failure:
             self.close()
             raise ProcessError(str(failure)) from failure
@@ -146,12 +100,9 @@ class FrankaPlant:
 
     def plan(self, action: Action) -> PlannedMotion:
         """Implement `Plant.plan` for the position that the arm is commanded to."""
-        try:
-            planned = self._plan(action)
-        except ActionRejectedError as refusal:
-            return MotionCompletion(False, str(refusal))
-        self._planned = planned
-        return planned
+        plan = self._planner.plan(action, self._arm.state.mode, has_hand=self._hand is not None)
+        self._planned = None if isinstance(plan, MotionCompletion) else plan
+        return plan
 
     def plan_sequence(self, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:
         """Plan `move_tool` actions one after the other; see `ports.plan_sequence`.
@@ -164,7 +115,7 @@ class FrankaPlant:
         """
         if self._motions or {action.kind for action in actions} != {"move_tool"}:
             return None
-        return plan_tool_lines(self._robot, [ActionParameters(action.parameters) for action in actions])
+        return self._planner.plan_lines(actions)
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """Implement `Plant.begin`; refuses a plan that is not the latest one, or starts somewhere else."""
@@ -173,13 +124,10 @@ class FrankaPlant:
             return plan
         planned, self._planned = self._planned, None
         refusal = None if plan is planned else "stale: it is not the plan that was made last"
-        refusal = refusal or self._refusal_to_begin(action, plan)
-        if refusal is not None:
-            return MotionCompletion(False, refusal)
-        self._count += 1
-        motion = MotionHandle(self._count)
-        self._motions[motion] = _Motion(action, plan)
-        return motion
+        refusal = refusal or self._motions.busy_refusal(action, plan)
+        if refusal is None and isinstance(plan, Trajectory):
+            refusal = self._planner.stale_refusal(plan)
+        return self._motions.add(action, plan) if refusal is None else MotionCompletion(False, refusal)
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Implement `Plant.advance`, state by state."""
@@ -188,10 +136,10 @@ class FrankaPlant:
         self._arm.watch(on=True)
         rule = monitor(self.now(), self._monitor_values())
         if rule is None:
-            self._begin_pending()
+            self._motions.begin_pending()
         try:
-            while rule is None and self._own_stop() is None:
-                ended = self._collect_ended()
+            while rule is None and self._motions.own_stop() is None:
+                ended = self._motions.collect_ended()
                 if ended or self.now() + CYCLE > until:
                     if not self._motions:
                         self._arm.watch(on=False)
@@ -203,19 +151,16 @@ class FrankaPlant:
             if not self._motions:
                 raise
             return self._end_all(f"gone: {failure}", monitor)
-        return self._end_all(self._own_stop() if rule is None else f"monitor:{rule}", monitor)
+        return self._end_all(self._motions.own_stop() if rule is None else f"monitor:{rule}", monitor)
 
     def halt(self, motion: MotionHandle) -> None:
         """Implement `Plant.halt`; fingers that move go on to their end."""
-        running = self._motions[motion]
-        running.is_halting = True
-        if isinstance(running.plan, Trajectory) and running.begun is not None:
-            self._arm.brake()
+        self._motions.halt(motion)
 
     def stop(self) -> None:
         """Implement `Plant.stop`: brake on the decided path, then hold; the fingers keep their grip."""
         self._come_to_rest(lambda time, values: None)
-        self._motions.clear()
+        self._motions.end_all("stopped")
 
     def skill_began(self, skill: str) -> None:
         """Implement `Plant.skill_began`: nothing to do."""
@@ -225,7 +170,6 @@ class FrankaPlant:
 
     def close(self) -> None:
         """Implement `Plant.close`: the arm brakes and holds."""
-        self._motions.clear()
         self._arm.close()
         if self._hand is not None:
             self._hand.close()
@@ -235,7 +179,7 @@ class FrankaPlant:
     def _take_state(self) -> None:
         self._values = self._measurements.take(self._arm.state)
         if not self._arm.is_streaming:
-            self._robot.stand(self._arm.state)
+            self._planner.stand(self._arm.state)
 
     def _next_state(self) -> bool:
         """Wait for the next message of the robot; return True if it is a state."""
@@ -255,142 +199,33 @@ class FrankaPlant:
     def _monitor_values(self) -> Mapping[str, Any]:
         return {**self._values, **self._hand_readings()}
 
-    def _plan(self, action: Action) -> PlannedMotion:
-        refusal = self._mode_refusal()
-        if refusal is not None:
-            raise ActionRejectedError(refusal)
-        planner = _PLANNERS.get(action.kind)
-        if planner is None:
-            raise ActionRejectedError(f"unknown kind: `{action.kind}`")
-        if action.kind == "grip" and self._hand is None:
-            raise ActionRejectedError("unknown kind: `grip` on an arm without a hand")
-        return planner(self._robot, ActionParameters(action.parameters), None).plan
-
     def _require_ready(self) -> None:
         """Raise `ProcessError` if the robot does not move in its mode."""
-        refusal = self._mode_refusal()
+        refusal = mode_refusal(self._arm.state.mode)
         if refusal is not None:
             raise ProcessError(refusal)
-
-    def _mode_refusal(self) -> str | None:
-        """Return why the robot does not move in its mode, or None."""
-        mode = self._arm.state.mode
-        if mode in _READY_MODES:
-            return None
-        if mode == REFLEX:
-            return (
-                "reflex: the robot has stopped by itself and does not move until a person has looked; then "
-                "`python -m aeros.franka.recover` clears it"
-            )
-        return f"not ready: the robot's mode is {MODES[mode] if mode < len(MODES) else mode}"
-
-    def _refusal_to_begin(self, action: Action, plan: PlannedMotion) -> str | None:
-        if isinstance(plan, Trajectory):
-            if any(isinstance(one.plan, Trajectory) for one in self._motions.values()):
-                return "busy: the arm moves already"
-            away = max(
-                abs(a - b) for a, b in zip(self._robot.q_command, plan.joint_paths[0][0][0], strict=True)
-            )
-            if away > self._start_tolerance:
-                return f"stale: the plan starts {away:.4f} rad from where the arm is commanded"
-        if action.kind == "grip" and self._hand is not None:
-            self._hand.poll(self.now())
-            if self._hand.is_busy:
-                return "busy: the fingers move already"
-        return None
-
-    def _begin_pending(self) -> None:
-        """Start what was begun since the last call."""
-        for running in self._motions.values():
-            if running.begun is not None or running.is_halting:
-                continue
-            running.begun = self.now()
-            if isinstance(running.plan, Trajectory):
-                self._arm.start(running.plan)
-            elif running.action.kind == "grip" and self._hand is not None:
-                self._hand.grip(*(float(running.action.parameters[name]) for name in ("width", "force")))
-            elif running.action.kind == "stop":
-                self._arm.brake()
-
-    def _own_stop(self) -> str | None:
-        """Return why the arm stops, or has stopped, without having been told to; None if it does not."""
-        if self._arm.own_stop is not None:
-            return self._arm.own_stop
-        end = self._arm.end
-        if end is None or not any(self._is_arm_motion(one) for one in self._motions.values()):
-            return None
-        return end.reason
-
-    @staticmethod
-    def _is_arm_motion(running: _Motion) -> bool:
-        return isinstance(running.plan, Trajectory) and running.begun is not None
-
-    def _collect_ended(self) -> dict[MotionHandle, MotionCompletion]:
-        """Return the motions that have ended, and forget them."""
-        ended = {}
-        for motion, running in self._motions.items():
-            completion = self._completion(running)
-            if completion is not None:
-                ended[motion] = completion
-        for motion in ended:
-            del self._motions[motion]
-        return ended
-
-    def _completion(self, running: _Motion) -> MotionCompletion | None:
-        """Return how a motion has ended; None if it has not."""
-        if running.begun is None:
-            return MotionCompletion(False, "halted") if running.is_halting else None
-        if isinstance(running.plan, Trajectory):
-            return self._arm_completion(running, running.plan)
-        if running.is_halting:
-            return MotionCompletion(False, "halted")
-        if running.action.kind == "wait":
-            is_over = self.now() >= running.begun + float(running.action.parameters["duration"])
-            return MotionCompletion(True) if is_over else None
-        if running.action.kind == "grip" and self._hand is not None:
-            if self._hand.is_busy:
-                return None
-            failure = self._hand.failure
-            return MotionCompletion(True) if failure is None else MotionCompletion(False, f"hand: {failure}")
-        return MotionCompletion(True)
-
-    def _arm_completion(self, running: _Motion, plan: Trajectory) -> MotionCompletion | None:
-        end = self._arm.end
-        if end is None or not self._is_at_rest():
-            return None
-        if running.is_halting or end.is_braked:
-            return MotionCompletion(False, "halted")
-        miss = max(abs(a - b) for a, b in zip(self._arm.state.q, plan.joint_paths[0][-1][3], strict=True))
-        if miss > JOINT_ARRIVAL_TOLERANCE:
-            return MotionCompletion(False, f"blocked: a joint stopped {miss:.3f} rad from its target")
-        return MotionCompletion(True)
-
-    def _is_at_rest(self) -> bool:
-        """Return True if a state after the last set point shows that the arm rests, or time is up."""
-        since = self.now() - self._arm.ended_at
-        return since > _SETTLE_TIME or (since > 0.0 and max(map(abs, self._arm.state.dq)) < _REST_SPEED)
 
     def _end_all(self, why: str | None, monitor: Monitor) -> dict[MotionHandle, MotionCompletion]:
         """Bring the arm to rest, and end every motion with reason `why`."""
         reason = why or "stopped"
         if not reason.startswith("monitor:"):
             announce_stop(monitor, reason, self.now())
-        motions = list(self._motions)
         try:
             self._come_to_rest(monitor)
         except RobotGoneError as failure:
             reason = reason if reason.startswith(("gone:", "monitor:")) else f"{reason}; gone: {failure}"
-        self._motions.clear()
-        return dict.fromkeys(motions, MotionCompletion(False, reason))
+        return self._motions.end_all(reason)
 
     def _come_to_rest(self, monitor: Monitor) -> None:
         """Brake, and wait until the arm rests; the monitor is called for every state."""
-        self._arm.brake()
-        while self._arm.is_streaming or not self._is_at_rest():
+        if self._arm.is_streaming:
+            self._arm.watch(on=True)
+            self._arm.brake()
+        while self._arm.is_streaming or not self._motions.is_arm_at_rest():
             if self._next_state():
                 monitor(self.now(), self._monitor_values())
         self._arm.watch(on=False)
-        self._robot.stand(self._arm.state)
+        self._planner.stand(self._arm.state)
 
 
 def _arm_settings(settings: FrankaSettings, model: RobotModel) -> dict[str, Any]:

@@ -226,7 +226,8 @@ def test_a_motion_beyond_the_limits_is_a_reflex(server: subprocess.Popen[bytes],
         # As no gate would allow it.
         hasty = replace(plan, duration=0.1)
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(plant, "_plan", lambda action: hasty)
+            patch.setattr(plant, "plan", lambda action: hasty)
+            plant._planned = hasty
             end = run(plant, move(0.3))
         assert "the robot stopped by itself" in str(end.reason)
         assert "a commanded joint" in str(end.reason)
