@@ -19,7 +19,7 @@ _FRESH: Final = 0.02
 """Age up to which the newest state is returned again while nothing moves, s."""
 
 
-class RobotGoneError(PlantLostError):
+class RobotLostError(PlantLostError):
     """The robot, or the process that drives it, can no longer be reached; the message says why."""
 
 
@@ -65,7 +65,7 @@ class ArmClient:
         self.ended_at = -inf
         self.cycle_times: Mapping[str, float] = {}
         self._is_watched = False
-        self._is_told_to_brake = False
+        self._has_ordered_brake = False
         self._received = 0.0
 
     def refresh(self) -> bool:
@@ -75,7 +75,7 @@ class ArmClient:
             True if there is a new state.
 
         Raises:
-            RobotGoneError: there is none within `SILENCE`.
+            RobotLostError: there is none within `SILENCE`.
         """
         if time.monotonic() - self._received < _FRESH:
             return False
@@ -102,14 +102,14 @@ class ArmClient:
         Args:
             plan: the decided motion.
         """
-        self.is_streaming, self._is_told_to_brake = True, False
+        self.is_streaming, self._has_ordered_brake = True, False
         self.own_stop = self.end = None
         self._send(StartMessage(plan.joint_paths[0], plan.duration))
 
     def brake(self) -> None:
         """Brake the motion that is streamed, if there is one."""
-        if self.is_streaming and not self._is_told_to_brake:
-            self._is_told_to_brake = True
+        if self.is_streaming and not self._has_ordered_brake:
+            self._has_ordered_brake = True
             self._send(event("brake"))
 
     def acknowledge(self) -> None:
@@ -124,7 +124,7 @@ class ArmClient:
             True if it is a state.
 
         Raises:
-            RobotGoneError: there is none within `SILENCE`.
+            RobotLostError: there is none within `SILENCE`.
         """
         return isinstance(self._receive(SILENCE), StateMessage)
 
@@ -137,34 +137,34 @@ class ArmClient:
         try:
             self._process.link.send(message)
         except LinkClosedError as failure:
-            self._note_gone(str(failure))
+            self._note_loss(str(failure))
 
     def _receive(self, timeout: float) -> Message | None:
         """Receive a message and take it in; None if `timeout` is 0 and there is none."""
         try:
             message = self._process.link.receive(timeout)
         except LinkClosedError as failure:
-            raise self._note_gone(str(failure)) from failure
+            raise self._note_loss(str(failure)) from failure
         if isinstance(message, StateMessage):
             self.state, self._received = message.state, time.monotonic()
         elif isinstance(message, dict):
             self._take_event(message)
         elif message is None and timeout > 0.0:
-            raise self._note_gone(f"the robot has sent nothing for {timeout:g} s")
+            raise self._note_loss(f"the robot has sent nothing for {timeout:g} s")
         return message
 
     def _take_event(self, message: dict[str, Any]) -> None:
         kind = message.pop("is")
         if kind == "gone":
-            raise self._note_gone(str(message["reason"]))
+            raise self._note_loss(str(message["reason"]))
         if kind == "braking":
             self.own_stop = str(message["reason"])
         elif kind == "ended":
             self.end = StreamEnd(message.pop("reason"), message.pop("braked"))
             self.cycle_times, self.is_streaming, self.ended_at = message, False, self.state.time
 
-    def _note_gone(self, why: str) -> RobotGoneError:
+    def _note_loss(self, why: str) -> RobotLostError:
         """Note that no message will come any more."""
         if self.is_streaming:
             self.is_streaming, self.end = False, StreamEnd(f"gone: {why}", False)
-        return RobotGoneError(why)
+        return RobotLostError(why)

@@ -98,19 +98,19 @@ class HandClient:
         try:
             self._process.link.send(message)
         except LinkClosedError as failure:
-            self._note_gone(str(failure))
+            self._note_loss(str(failure))
 
     def _receive(self, timeout: float, now: float) -> bool:
         """Take in one message; return False if there is none."""
         try:
             message = self._process.link.receive(timeout)
         except LinkClosedError as failure:
-            self._note_gone(str(failure))
+            self._note_loss(str(failure))
             return False
         if not isinstance(message, dict):
             return False
         if message["is"] == "gone":
-            self._note_gone(str(message["reason"]))
+            self._note_loss(str(message["reason"]))
             return False
         if message["is"] == "gripped":
             self.is_busy, self.failure = False, message["reason"]
@@ -121,5 +121,5 @@ class HandClient:
         self._readings = {"finger_gap": Reading(gap, at), "holding": Reading(holding, at)}
         return True
 
-    def _note_gone(self, why: str) -> None:
+    def _note_loss(self, why: str) -> None:
         self._readings, self.is_busy, self.failure = {}, False, f"the hand is gone: {why}"

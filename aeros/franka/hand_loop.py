@@ -7,13 +7,13 @@ from contextlib import suppress
 from typing import Any, Final
 
 from aeros.franka.arm import ArmError, Hand
-from aeros.franka.link import Link, LinkClosedError, event
+from aeros.franka.link import LinkClosedError, ProcessLink, event
 
 _POLL: Final = 0.2
 """Longest wait for a message, s."""
 
 
-def run_hand(hand: Hand, link: Link) -> None:
+def run_hand(hand: Hand, link: ProcessLink) -> None:
     """Answer requests for the hand's state, and carry out commands, until the plant closes the link.
 
     Args:

@@ -68,7 +68,7 @@ class LinkClosedError(Exception):
     """The other end of the link is gone."""
 
 
-class Link:
+class ProcessLink:
     """One end of a link.
 
     Args:
@@ -136,14 +136,14 @@ class Link:
         self._socket.close()
 
 
-def open_link() -> tuple[Link, socket.socket]:
+def open_link() -> tuple[ProcessLink, socket.socket]:
     """Make a link.
 
     Returns:
         This end, and the socket of the other end, for the process that gets it.
     """
     here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    return Link(here), there
+    return ProcessLink(here), there
 
 
 def encode(message: Message) -> bytes:

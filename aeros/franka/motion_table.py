@@ -25,19 +25,19 @@ class RunningMotion:
     Attributes:
         action: its action.
         plan: its plan.
-        begun: plant time at which it began, s; None before the first `advance` after `begin`.
+        began: plant time at which it began, s; None before the first `advance` after `begin`.
         is_halting: it is coming to rest.
     """
 
     action: Action
     plan: PlannedMotion
-    begun: float | None = None
+    began: float | None = None
     is_halting: bool = False
 
     @property
     def moves_arm(self) -> bool:
         """True if it moves the arm, and has begun to."""
-        return isinstance(self.plan, Trajectory) and self.begun is not None
+        return isinstance(self.plan, Trajectory) and self.began is not None
 
 
 class MotionTable:
@@ -94,9 +94,9 @@ class MotionTable:
     def begin_pending(self) -> None:
         """Start what was added since the last call."""
         for running in self._motions.values():
-            if running.begun is not None or running.is_halting:
+            if running.began is not None or running.is_halting:
                 continue
-            running.begun = self._arm.state.time
+            running.began = self._arm.state.time
             if isinstance(running.plan, Trajectory):
                 self._arm.start(running.plan)
             elif running.action.kind == "grip" and self._hand is not None:
@@ -166,14 +166,14 @@ class MotionTable:
 
     def _completion(self, running: RunningMotion) -> MotionCompletion | None:
         """Return how a motion has ended; None if it has not."""
-        if running.begun is None:
+        if running.began is None:
             return MotionCompletion(False, "halted") if running.is_halting else None
         if isinstance(running.plan, Trajectory):
             return self._arm_completion(running, running.plan)
         if running.is_halting:
             return MotionCompletion(False, "halted")
         if running.action.kind == "wait":
-            until = running.begun + float(running.action.parameters["duration"])
+            until = running.began + float(running.action.parameters["duration"])
             return MotionCompletion(True) if self._arm.state.time >= until else None
         if running.action.kind == "grip" and self._hand is not None:
             if self._hand.is_busy:

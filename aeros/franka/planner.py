@@ -88,15 +88,27 @@ class StandingRobot(Robot):
         return RobotState(q, still, still, (x, y, z), 0.0, 0.0, 0.0, self._base, (0.0, 0.0, 0.0))
 
     def command(self, q: Vector, qd: Vector) -> None:
-        """Implement `Robot.command`: there is nothing to move."""
+        """Implement `Robot.command`.
+
+        Raises:
+            MisuseError: always: there is nothing to move.
+        """
         raise MisuseError("a robot for planning has no motors")
 
     def command_base(self, xy: Vector, speed: Vector) -> None:
-        """Implement `Robot.command_base`: there is nothing to move."""
+        """Implement `Robot.command_base`.
+
+        Raises:
+            MisuseError: always: there is nothing to move.
+        """
         raise MisuseError("a robot for planning has no motors")
 
     def grip(self, width: float, force: float) -> None:
-        """Implement `Robot.grip`: there is nothing to move."""
+        """Implement `Robot.grip`.
+
+        Raises:
+            MisuseError: always: there is nothing to move.
+        """
         raise MisuseError("a robot for planning has no motors")
 
     def finger_forces(self) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any, ClassVar
 
 from aeros.franka.arm import CYCLE
-from aeros.franka.arm_client import ArmClient, RobotGoneError
+from aeros.franka.arm_client import ArmClient, RobotLostError
 from aeros.franka.hand_client import HandClient
 from aeros.franka.measurements import Measurements
 from aeros.franka.motion_table import MotionTable
@@ -67,7 +67,7 @@ class FrankaPlant:
             if settings.has_hand:
                 self._hand = HandClient(settings.address, model.hand.finger_speed)
             self._motions = MotionTable(self._arm, self._hand)
-        except (ProcessError, RobotGoneError) as failure:
+        except (ProcessError, RobotLostError) as failure:
             self.close()
             raise ProcessError(str(failure)) from failure
 
@@ -147,7 +147,7 @@ class FrankaPlant:
                 if self._next_state():
                     rule = monitor(self.now(), self._monitor_values())
                     self._arm.acknowledge()
-        except RobotGoneError as failure:
+        except RobotLostError as failure:
             if not self._motions:
                 raise
             return self._end_all(f"gone: {failure}", monitor)
@@ -200,7 +200,11 @@ class FrankaPlant:
         return {**self._values, **self._hand_readings()}
 
     def _require_ready(self) -> None:
-        """Raise `ProcessError` if the robot does not move in its mode."""
+        """Check that the robot moves in its mode.
+
+        Raises:
+            ProcessError: it does not.
+        """
         refusal = mode_refusal(self._arm.state.mode)
         if refusal is not None:
             raise ProcessError(refusal)
@@ -212,7 +216,7 @@ class FrankaPlant:
             announce_stop(monitor, reason, self.now())
         try:
             self._come_to_rest(monitor)
-        except RobotGoneError as failure:
+        except RobotLostError as failure:
             reason = reason if reason.startswith(("gone:", "monitor:")) else f"{reason}; gone: {failure}"
         return self._motions.end_all(reason)
 

@@ -18,7 +18,7 @@ from typing import Any, Final
 from aeros.franka.arm import ArmError
 from aeros.franka.hand_loop import run_hand
 from aeros.franka.libfranka import LibfrankaArm, LibfrankaHand
-from aeros.franka.link import Link, LinkClosedError, Message, event, open_link
+from aeros.franka.link import LinkClosedError, Message, ProcessLink, event, open_link
 from aeros.franka.streamer import Streamer
 
 _START_TIMEOUT: Final = 30.0
@@ -88,7 +88,7 @@ class Process:
         self.link.close()
 
 
-def run(order: Mapping[str, Any], link: Link) -> None:
+def run(order: Mapping[str, Any], link: ProcessLink) -> None:
     """Open a part of the robot, and drive it until the plant closes the link.
 
     Args:
@@ -139,4 +139,4 @@ def _open_part(order: Mapping[str, Any]) -> Any:
 
 if __name__ == "__main__":
     given = json.loads(sys.argv[1])
-    run(given, Link(socket.socket(fileno=given["link"])))
+    run(given, ProcessLink(socket.socket(fileno=given["link"])))

@@ -21,7 +21,7 @@ protocol."""
 HAND: Final = "AEROS_FRANKA_HAND"
 """Environment variable: `yes`, or `no` for an arm without the Franka Hand."""
 
-_FORCE, _MOMENT, _TORQUE = "collision_force", "collision_moment", "collision_torque"
+_FORCE, _HAND_TORQUE, _TORQUE = "collision_force", "collision_moment", "collision_torque"
 
 
 class SettingsError(Exception):
@@ -69,13 +69,13 @@ def read_settings(environment: Mapping[str, str], site: Site) -> FrankaSettings:
         raise SettingsError(f"no robot is named: set {ADDRESS} to its address, as in {ADDRESS}=172.16.0.2")
     if site.motion is None or site.motion.late_ticks is None:
         raise SettingsError(f"the site `{site.id}` does not bound late ticks: add `motion.late_ticks`")
-    force, moment = _constant(site, _FORCE, "N", 1)[0], _constant(site, _MOMENT, "Nm", 1)[0]
+    force, hand_torque = _constant(site, _FORCE, "N", 1)[0], _constant(site, _HAND_TORQUE, "Nm", 1)[0]
     return FrankaSettings(
         address,
         _choice(environment, REAL_TIME, "enforce", "ignore"),
         _choice(environment, HAND, "yes", "no"),
         _constant(site, _TORQUE, "Nm", JOINTS),
-        (force, force, force, moment, moment, moment),
+        (force, force, force, hand_torque, hand_torque, hand_torque),
         float(site.motion.late_ticks.longest),
         float(site.motion.start_tolerance),
     )

@@ -18,7 +18,7 @@ from contextlib import suppress
 from typing import Any
 
 from aeros.franka.arm import CYCLE, Arm, ArmError, ArmState, ControlledArm, Joints
-from aeros.franka.link import JudgedMessage, Link, LinkClosedError, StartMessage, StateMessage, event
+from aeros.franka.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage, event
 from aeros.franka.streamed_motion import StreamedMotion
 
 
@@ -92,7 +92,7 @@ class Streamer:
     def __init__(
         self,
         arm: Arm,
-        link: Link,
+        link: ProcessLink,
         acceleration: Sequence[float],
         jerk: Sequence[float],
         patience: float,
@@ -116,7 +116,7 @@ class Streamer:
             return
         except ArmError as failure:
             with suppress(LinkClosedError):
-                self._tell("gone", reason=str(failure))
+                self._report("gone", reason=str(failure))
 
     def _idle(self) -> None:
         """Read one state, and do what the plant asks for."""
@@ -154,7 +154,7 @@ class Streamer:
             # What the robot still does, it ends now. It refuses this if it stands already.
             with suppress(ArmError):
                 self._arm.stop()
-        self._tell("ended", reason=reason, braked=motion.is_braking, **times.summary())
+        self._report("ended", reason=reason, braked=motion.is_braking, **times.summary())
 
     def _stream(self, control: ControlledArm, motion: StreamedMotion, times: CycleTimes) -> str | None:
         """Stream set points until the arm rests; return why it braked by itself, or None."""
@@ -168,18 +168,18 @@ class Streamer:
         since = times.note_state(elapsed)
         while True:
             try:
-                is_told = self._exchange(state)
+                must_brake = self._exchange(state)
                 late = state.time - self._judged
-                if not motion.is_braking and not is_told and late > self._patience + CYCLE / 2.0:
+                if not motion.is_braking and not must_brake and late > self._patience + CYCLE / 2.0:
                     unjudged = f"{1000.0 * late:.0f} ms of the robot's clock"
                     reason = f"late: the monitor has judged nothing for {unjudged}"
-                    is_told = True
-                    self._tell("braking", reason=reason)
+                    must_brake = True
+                    self._report("braking", reason=reason)
             except LinkClosedError as failure:
                 if not motion.is_braking:
                     reason = f"left alone: {failure}"
-                is_told = self._is_over = True
-            if is_told:
+                must_brake = self._is_over = True
+            if must_brake:
                 motion.brake()
             q, is_last = motion.step(elapsed)
             control.write(q, is_last=is_last)
@@ -193,17 +193,21 @@ class Streamer:
 
     def _exchange(self, state: ArmState) -> bool:
         """Send a state and read what has come; return True if the arm must brake."""
-        is_told = not self._link.send(StateMessage(state, True))
+        must_brake = not self._link.send(StateMessage(state, True))
         while (message := self._link.receive()) is not None:
             if isinstance(message, JudgedMessage):
                 self._judged = max(self._judged, message.time)
             elif isinstance(message, dict):
-                is_told = is_told or message["is"] in ("brake", "close")
+                must_brake = must_brake or message["is"] in ("brake", "close")
                 self._obey(message)
-        return is_told
+        return must_brake
 
-    def _tell(self, kind: str, **details: Any) -> None:
-        """Send a message that the plant must get; wait for room."""
+    def _report(self, kind: str, **details: Any) -> None:
+        """Send a message that the plant must get; wait for room.
+
+        Raises:
+            LinkClosedError: the plant does not read, or is gone.
+        """
         latest = time.monotonic() + 1.0
         while not self._link.send(event(kind, **details)):
             if time.monotonic() > latest:

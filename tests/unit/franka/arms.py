@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from aeros.franka.arm import CYCLE, ArmError, ArmState, Joints
+from aeros.franka.link import ProcessLink
 from aeros.franka.settings import FrankaSettings
 
 READY: Joints = (0.0, -0.6, 0.0, -2.1, 0.0, 1.5, 0.785)
@@ -24,10 +25,13 @@ JERK = (5000.0,) * 7
 SETTINGS = FrankaSettings("stub", False, True, (30.0,) * 7, (40.0,) * 3 + (30.0,) * 3, 0.5, 0.003)
 """Settings for the stub; the monitor may be late by half a second, as other tests run meanwhile."""
 
-Path_ = tuple[tuple[Joints, Joints, Joints, Joints], ...]
+Ends = tuple[ProcessLink, ProcessLink]
+"""Both ends of a link."""
+
+JointPath = tuple[tuple[Joints, Joints, Joints, Joints], ...]
 
 
-def line(start: Joints, way: float) -> Path_:
+def line(start: Joints, way: float) -> JointPath:
     """A path of one piece that moves all joints by `way`, rad."""
     points = [tuple(q + way * share for q in start) for share in (0.0, 1 / 3, 2 / 3, 1.0)]
     return ((points[0], points[1], points[2], points[3]),)

@@ -5,13 +5,13 @@ from contextlib import closing
 
 import pytest
 
-from aeros.franka.link import Link, open_link
+from aeros.franka.link import ProcessLink, open_link
 
 
 @pytest.fixture
-def ends() -> Iterator[tuple[Link, Link]]:
+def ends() -> Iterator[tuple[ProcessLink, ProcessLink]]:
     """Both ends of a link."""
     here, there = open_link()
-    other = Link(there)
+    other = ProcessLink(there)
     with closing(here), closing(other):
         yield here, other

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from aeros.franka.arm_client import ArmClient, RobotGoneError
+from aeros.franka.arm_client import ArmClient, RobotLostError
 from aeros.runtime.ports import Trajectory
 from aeros.sim.robot.robot_file import read_robot
 from tests.unit.franka.arms import READY, line, use_stub
@@ -42,7 +42,7 @@ def test_a_process_that_dies_in_mid_motion_ends_the_motion(arm: ArmClient) -> No
     arm.start(PLAN)
     assert arm.wait()
     os.kill(arm.pid, signal.SIGKILL)
-    with pytest.raises(RobotGoneError, match="the other process has ended"):
+    with pytest.raises(RobotLostError, match="the other process has ended"):
         all(arm.wait() or True for _ in range(1000))
     assert not arm.is_streaming
     assert arm.end is not None

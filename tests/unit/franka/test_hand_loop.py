@@ -4,7 +4,8 @@ import pytest
 
 from aeros.franka.arm import ArmError, HandState
 from aeros.franka.hand_loop import run_hand
-from aeros.franka.link import Link, event
+from aeros.franka.link import event
+from tests.unit.franka.arms import Ends
 
 
 class ScriptedHand:
@@ -30,7 +31,7 @@ class ScriptedHand:
             raise self.failure
 
 
-def answer(ends: tuple[Link, Link], hand: ScriptedHand, **message: object) -> dict[str, object]:
+def answer(ends: Ends, hand: ScriptedHand, **message: object) -> dict[str, object]:
     """Send one message to the loop, and return its answer."""
     here, there = ends
     loop = Thread(target=run_hand, args=(hand, there))
@@ -43,7 +44,7 @@ def answer(ends: tuple[Link, Link], hand: ScriptedHand, **message: object) -> di
     return reply
 
 
-def test_the_state_is_read_as_asked_for(ends: tuple[Link, Link]) -> None:
+def test_the_state_is_read_as_asked_for(ends: Ends) -> None:
     reply = answer(ends, ScriptedHand(), **event("read"))
     assert (reply["is"], reply["gap"], reply["grasped"]) == ("hand", 0.04, False)
 
@@ -52,28 +53,26 @@ def test_the_state_is_read_as_asked_for(ends: tuple[Link, Link]) -> None:
     ("gap", "call"),
     [(0.08, ("open", 0.08, 0.1)), (0.04, ("open", 0.04, 0.1)), (0.0, ("close", 0.0, 0.1, 20.0))],
 )
-def test_fingers_open_or_close_with_a_force(
-    ends: tuple[Link, Link], gap: float, call: tuple[object, ...]
-) -> None:
+def test_fingers_open_or_close_with_a_force(ends: Ends, gap: float, call: tuple[object, ...]) -> None:
     hand = ScriptedHand()
     reply = answer(ends, hand, **event("grip", gap=gap, speed=0.1, force=20.0))
     assert (reply["is"], reply["reason"], hand.calls) == ("gripped", None, [call])
 
 
-def test_a_refused_command_is_told_with_its_reason(ends: tuple[Link, Link]) -> None:
+def test_a_refused_command_is_reported_with_its_reason(ends: Ends) -> None:
     hand = ScriptedHand()
     hand.failure = ArmError("the hand refused a command: width out of range")
     reply = answer(ends, hand, **event("grip", gap=0.08, speed=0.1, force=20.0))
     assert (reply["is"], reply["reason"]) == ("gripped", "the hand refused a command: width out of range")
 
 
-def test_a_hand_that_is_gone_ends_the_loop(ends: tuple[Link, Link]) -> None:
+def test_a_hand_that_is_gone_ends_the_loop(ends: Ends) -> None:
     hand = ScriptedHand()
     hand.failure = ArmError("the hand cannot be reached", is_connected=False)
     reply = answer(ends, hand, **event("read"))
     assert reply == {"is": "gone", "reason": "the hand cannot be reached"}
 
 
-def test_the_loop_ends_when_the_plant_is_gone(ends: tuple[Link, Link]) -> None:
+def test_the_loop_ends_when_the_plant_is_gone(ends: Ends) -> None:
     ends[0].close()
     run_hand(ScriptedHand(), ends[1])

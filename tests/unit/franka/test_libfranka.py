@@ -57,7 +57,7 @@ def test_a_jump_is_answered_with_the_robots_reason_in_words(monkeypatch: pytest.
     arm.start()
 
 
-def test_a_robot_that_cannot_be_reached_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_robot_that_cannot_be_reached_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     import_stub(monkeypatch, refuses="libfranka: Connection to FCI refused")
     for part in (lambda: LibfrankaArm("10.0.0.9", real_time=False), lambda: LibfrankaHand("10.0.0.9")):
         with pytest.raises(ArmError, match=r"at `10.0.0.9` cannot be reached: .* refused") as caught:

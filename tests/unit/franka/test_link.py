@@ -5,16 +5,16 @@ import pytest
 from aeros.franka.arm import ArmState
 from aeros.franka.link import (
     JudgedMessage,
-    Link,
     LinkClosedError,
     Message,
+    ProcessLink,
     StartMessage,
     StateMessage,
     decode,
     encode,
     event,
 )
-from tests.unit.franka.arms import READY, line
+from tests.unit.franka.arms import READY, Ends, line
 
 STATE = ArmState(1.25, READY, (0.1,) * 7, READY, (1.0,) * 7, (0.5,) * 7, 2, 0.98)
 
@@ -39,18 +39,20 @@ def test_other_bytes_close_the_link(data: bytes) -> None:
         decode(data)
 
 
-def test_messages_stay_whole_and_in_order(ends: tuple[Link, Link]) -> None:
+def test_messages_stay_whole_and_in_order(ends: Ends) -> None:
     here, other = ends
     here.send(JudgedMessage(1.0))
     here.send(event("read"))
     assert [other.receive(), other.receive(), other.receive()] == [JudgedMessage(1.0), event("read"), None]
 
 
-def test_to_wait_for_a_message_ends_after_the_time(ends: tuple[Link, Link]) -> None:
+def test_to_wait_for_a_message_ends_after_the_time(ends: Ends) -> None:
     assert ends[0].receive(0.01) is None
 
 
-def test_a_reader_that_does_not_read_makes_sending_fail_and_not_wait(ends: tuple[Link, Link]) -> None:
+def test_a_reader_that_does_not_read_makes_sending_fail_and_not_wait(
+    ends: Ends,
+) -> None:
     sent = 0
     while ends[0].send(StateMessage(STATE, True)):
         sent += 1
@@ -59,9 +61,7 @@ def test_a_reader_that_does_not_read_makes_sending_fail_and_not_wait(ends: tuple
 
 
 @pytest.mark.parametrize("message", [JudgedMessage(1.0), event("read")])
-def test_a_link_whose_other_end_is_gone_is_closed_for_both_directions(
-    ends: tuple[Link, Link], message: Message
-) -> None:
+def test_a_link_whose_other_end_is_gone_is_closed_for_both_directions(ends: Ends, message: Message) -> None:
     here, other = ends
     other.close()
     with pytest.raises(LinkClosedError):
@@ -72,7 +72,7 @@ def test_a_link_whose_other_end_is_gone_is_closed_for_both_directions(
 
 def test_an_end_has_a_descriptor_until_it_is_closed() -> None:
     end, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    link = Link(end)
+    link = ProcessLink(end)
     assert link.fileno() == end.fileno()
     link.close()
     assert link.fileno() == -1

@@ -76,7 +76,7 @@ def test_a_person_at_the_stop_button_is_measured() -> None:
     assert measure().take(state(mode=USER_STOPPED))["estop_pressed"] is True
 
 
-def test_what_the_site_does_not_declare_is_not_measured() -> None:
+def test_variables_that_the_site_does_not_declare_are_not_measured() -> None:
     assert set(Measurements(MODEL, (0.0, 0.0, 0.0), ["tool_speed", "human_distance"]).take(state())) == {
         "tool_speed"
     }

@@ -22,7 +22,7 @@ MOVE, WAIT, GRIP = (
 
 
 class Arm:
-    """What the table asks of the arm."""
+    """The part of the arm that the table uses."""
 
     def __init__(self) -> None:
         self.state = ArmState(1.0, READY, STILL, READY, STILL, STILL, 1, 0.0)
@@ -74,7 +74,7 @@ def test_an_arm_that_stops_elsewhere_is_blocked() -> None:
     }
 
 
-def test_why_the_arm_stopped_by_itself_counts_only_for_motions_of_the_arm() -> None:
+def test_a_stop_of_the_arms_own_counts_only_for_motions_of_the_arm() -> None:
     arm = Arm()
     one = table(arm)
     one.add(WAIT, NoMotion("wait"))

@@ -169,7 +169,7 @@ def test_the_hand_grips_and_tells_what_it_holds(monkeypatch: pytest.MonkeyPatch)
         assert readings["finger_gap"].time <= plant.now()
 
 
-def test_what_cannot_be_done_is_refused_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_impossible_actions_are_refused_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     with opened(monkeypatch, replace(SETTINGS, has_hand=False)) as plant:
         refusals = {
             "unknown kind: `slide`": plant.plan(Action("slide", {})),

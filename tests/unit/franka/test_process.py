@@ -1,12 +1,13 @@
+import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
 
-from aeros.franka.link import Link, event
+from aeros.franka.link import event
 from aeros.franka.process import Process, ProcessError, run
-from tests.unit.franka.arms import SETTINGS, import_stub, use_stub
+from tests.unit.franka.arms import SETTINGS, Ends, import_stub, use_stub
 
 ARM = {
     "address": "stub",
@@ -38,7 +39,7 @@ def test_a_process_reads_the_robot_and_ends_when_it_is_closed(monkeypatch: pytes
     process.close()
 
 
-def test_a_robot_that_cannot_be_reached_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_robot_that_cannot_be_reached_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     use_stub(monkeypatch, refuses="libfranka: Connection timeout")
     with pytest.raises(
         ProcessError, match="the hand at `stub` cannot be reached: libfranka: Connection timeout"
@@ -46,7 +47,7 @@ def test_a_robot_that_cannot_be_reached_is_told(monkeypatch: pytest.MonkeyPatch)
         Process("hand", ARM)
 
 
-def test_an_arm_without_the_library_is_told(monkeypatch: pytest.MonkeyPatch, ends: tuple[Link, Link]) -> None:
+def test_an_arm_without_the_library_is_reported(monkeypatch: pytest.MonkeyPatch, ends: Ends) -> None:
     monkeypatch.setitem(sys.modules, "pylibfranka", None)
     run({"part": "arm", **ARM}, ends[1])
     message = ends[0].receive()
@@ -55,8 +56,8 @@ def test_an_arm_without_the_library_is_told(monkeypatch: pytest.MonkeyPatch, end
     assert "pip install 'aeros[franka]'" in message["reason"]
 
 
-def test_a_computer_without_real_time_is_told_what_to_do(
-    monkeypatch: pytest.MonkeyPatch, ends: tuple[Link, Link]
+def test_a_computer_without_real_time_is_answered_with_a_cure(
+    monkeypatch: pytest.MonkeyPatch, ends: Ends
 ) -> None:
     import_stub(monkeypatch)
 
@@ -69,3 +70,10 @@ def test_a_computer_without_real_time_is_told_what_to_do(
     assert isinstance(message, dict)
     assert "real-time priority 80: Operation not permitted" in message["reason"]
     assert "docs/how-to/real-franka.md" in message["reason"]
+
+
+def test_the_processes_that_drive_the_robot_decide_nothing() -> None:
+    loaded = "print('\\n'.join(name for name in sys.modules if name.startswith(('aeros.', 'numpy', 'z3'))))"
+    code = f"import sys, aeros.franka.process; {loaded}"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert {name for name in done.stdout.split() if not name.startswith("aeros.franka")} == set()

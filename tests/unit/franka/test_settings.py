@@ -46,7 +46,7 @@ def test_thresholds_and_patience_are_those_of_the_site(cell: Site) -> None:
         ({"AEROS_FRANKA": "a", "AEROS_FRANKA_HAND": "1"}, "AEROS_FRANKA_HAND is `1`: it is `yes` or `no`"),
     ],
 )
-def test_a_wrong_setting_is_told(cell: Site, environment: dict[str, str], message: str) -> None:
+def test_a_wrong_setting_is_reported(cell: Site, environment: dict[str, str], message: str) -> None:
     with pytest.raises(SettingsError, match=message):
         read_settings(environment, cell)
 

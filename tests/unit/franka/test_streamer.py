@@ -1,24 +1,22 @@
 import pytest
 
 from aeros.franka.arm import CYCLE, ArmError
-from aeros.franka.link import JudgedMessage, Link, LinkClosedError, StartMessage, StateMessage, event
+from aeros.franka.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage, event
 from aeros.franka.streamer import CycleTimes, Streamer
-from tests.unit.franka.arms import ACCELERATION, JERK, READY, ScriptedArm, line
+from tests.unit.franka.arms import ACCELERATION, JERK, READY, Ends, ScriptedArm, line
 
 START = StartMessage(line(READY, 0.2), 0.6)
 PATIENCE = 0.02
 
-Ends = tuple[Link, Link]
-
 
 def drive(arm: ScriptedArm, ends: Ends) -> list[object]:
-    """Run the loop until the arm is gone; return what it said, without states."""
+    """Run the loop until the arm is gone; return what it reported, without states."""
     here, there = ends
     Streamer(arm, there, ACCELERATION, JERK, PATIENCE, 0.003).run()
     return [one for one in received(here) if not isinstance(one, StateMessage)]
 
 
-def received(link: Link) -> list[object]:
+def received(link: ProcessLink) -> list[object]:
     messages: list[object] = []
     try:
         while (message := link.receive()) is not None:
@@ -43,8 +41,8 @@ def judging(ends: Ends, until: int = 10_000) -> ScriptedArm:
     return ScriptedArm(judge)
 
 
-def ending(said: list[object]) -> dict[str, object]:
-    (one,) = [message for message in said if isinstance(message, dict) and message["is"] == "ended"]
+def ending(reported: list[object]) -> dict[str, object]:
+    (one,) = [message for message in reported if isinstance(message, dict) and message["is"] == "ended"]
     return one
 
 
@@ -77,19 +75,23 @@ def test_the_plant_can_brake_it(ends: Ends) -> None:
 def test_it_brakes_by_itself_when_the_monitor_is_late(ends: Ends) -> None:
     arm = judging(ends, until=200)
     ends[0].send(START)
-    said = drive(arm, ends)
-    assert ending(said)["reason"] == "late: the monitor has judged nothing for 21 ms of the robot's clock"
+    reported = drive(arm, ends)
+    assert ending(reported)["reason"] == "late: the monitor has judged nothing for 21 ms of the robot's clock"
     # What was judged last is the state of cycle 199; braking begins with the state that is too old.
     assert 219 < len(arm.commands) < 400
     assert arm.commands[-1][0] < READY[0] + 0.2
     assert arm.stops == 1
 
 
-def test_it_says_at_once_that_it_brakes(ends: Ends) -> None:
+def test_it_reports_at_once_that_it_brakes(ends: Ends) -> None:
     arm = ScriptedArm()
     ends[0].send(START)
-    said = drive(arm, ends)
-    assert [message["is"] for message in said if isinstance(message, dict)] == ["braking", "ended", "gone"]
+    reported = drive(arm, ends)
+    assert [message["is"] for message in reported if isinstance(message, dict)] == [
+        "braking",
+        "ended",
+        "gone",
+    ]
 
 
 def test_it_brakes_by_itself_when_the_plant_is_gone(ends: Ends) -> None:
@@ -126,7 +128,7 @@ def test_a_motion_that_does_not_begin_where_the_arm_is_commanded_is_refused(ends
     assert arm.commands == [READY]
 
 
-def test_a_reflex_of_the_robot_is_told(ends: Ends) -> None:
+def test_a_reflex_of_the_robot_is_reported(ends: Ends) -> None:
     arm = judging(ends)
     arm.failures[120] = ArmError("the robot stopped by itself: joint_reflex")
     ends[0].send(START)
