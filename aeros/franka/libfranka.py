@@ -5,10 +5,9 @@ from __future__ import annotations
 from types import ModuleType
 from typing import Any, Final
 
+from aeros.distribution import install_command
 from aeros.franka.arm import ArmError, ArmState, HandState, Joints
 from aeros.franka.error_words import explain_errors
-
-INSTALL: Final = "pip install 'aeros[franka]'"
 
 _ANY_WIDTH: Final = 0.08
 """Tolerance of a grasp, m: as wide as the hand, so that it grasps whatever is there."""
@@ -30,8 +29,8 @@ def load_library() -> ModuleType:
         import pylibfranka
     except ImportError as failure:
         raise ArmError(
-            f"the plant `franka` needs `{INSTALL}` ({failure}); the maker has wheels for Python 3.11 and "
-            "3.12 on x86-64 Linux alone",
+            f"the plant `franka` needs {install_command('franka')} ({failure}); the maker has "
+            "wheels for Python 3.11 and 3.12 on x86-64 Linux alone",
             is_connected=False,
         ) from failure
     module: ModuleType = pylibfranka

@@ -11,7 +11,7 @@ from tests.unit.franka.arms import READY, import_stub
 
 def test_without_the_library_the_message_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pylibfranka", None)
-    with pytest.raises(ArmError, match=r"pip install 'aeros\[franka\]'"):
+    with pytest.raises(ArmError, match=r"pip install '\.\[franka\]'"):
         load_library()
 
 
