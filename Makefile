@@ -46,6 +46,7 @@ test: $(VENV)/.installed-test ## every check that CI runs; all steps run, and an
 
 deep: $(VENV)/.installed-test ## every test, with 25 times the examples: an hour or more, each night
 	@$(PIP) --editable '.[learned-proof]'
+	@$(PIP) --editable '.[franka]'
 	@echo '== pytest, all tests, Hypothesis profile `nightly`'
 	@AEROS_HYPOTHESIS=nightly $(PYTEST)
 
