@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from math import inf
 from typing import Any, Final, NamedTuple
 
@@ -67,6 +68,7 @@ class ArmClient:
         self._is_watched = False
         self._has_ordered_brake = False
         self._received = 0.0
+        self._loss: str | None = None
 
     def refresh(self) -> bool:
         """Ask for a state, unless the newest one has just come; nothing is streamed.
@@ -134,10 +136,9 @@ class ArmClient:
         self._process.close()
 
     def _send(self, message: Message) -> None:
-        try:
+        # If the process has ended, the next message to be received says why.
+        with suppress(LinkClosedError):
             self._process.link.send(message)
-        except LinkClosedError as failure:
-            self._note_loss(str(failure))
 
     def _receive(self, timeout: float) -> Message | None:
         """Receive a message and take it in; None if `timeout` is 0 and there is none."""
@@ -164,7 +165,8 @@ class ArmClient:
             self.cycle_times, self.is_streaming, self.ended_at = message, False, self.state.time
 
     def _note_loss(self, why: str) -> RobotLostError:
-        """Note that no message will come any more."""
+        """Note that no message will come any more; the first reason counts."""
+        self._loss = self._loss or why
         if self.is_streaming:
-            self.is_streaming, self.end = False, StreamEnd(f"gone: {why}", False)
-        return RobotLostError(why)
+            self.is_streaming, self.end = False, StreamEnd(f"gone: {self._loss}", False)
+        return RobotLostError(self._loss)
