@@ -122,7 +122,7 @@ class ProcessLink:
         try:
             if timeout > 0.0 and not select.select([self._socket], [], [], timeout)[0]:
                 return None
-            data = self._socket.recv(_LARGEST, socket.MSG_DONTWAIT)
+            data = self._read()
         except BlockingIOError:
             return None
         except OSError as failure:
@@ -130,6 +130,13 @@ class ProcessLink:
         if not data:
             raise LinkClosedError("the other process has ended")
         return decode(data)
+
+    def _read(self) -> bytes:
+        try:
+            return self._socket.recv(_LARGEST, socket.MSG_DONTWAIT)
+        except ConnectionResetError:
+            # The other end was closed with messages unread: reported once, before its last messages.
+            return self._socket.recv(_LARGEST, socket.MSG_DONTWAIT)
 
     def close(self) -> None:
         """Close this end."""

@@ -33,8 +33,8 @@ _REACTION: Final = 0.05
 """Time from the state in which a rule is broken until braking begins, s, also on a busy computer."""
 
 _HANDOVER: Final = 0.03
-"""Time in which libfranka itself reads the states, as it begins or ends a motion, s. Measured: 4 ms; 18 ms on a
-computer with four times as much to do as it has cores."""
+"""Time in which libfranka itself reads the states, as it begins or ends a motion, s. Measured: 4 ms; 18 ms on
+a computer with four times as much to do as it has cores."""
 
 
 def franka_subject() -> PlantUnderTest:

@@ -70,6 +70,16 @@ def test_a_link_whose_other_end_is_gone_is_closed_for_both_directions(ends: Ends
         here.send(message)
 
 
+def test_the_last_words_of_an_end_that_is_closed_with_messages_unread_are_read(ends: Ends) -> None:
+    here, other = ends
+    here.send(JudgedMessage(1.0))
+    other.send(event("gone", reason="the robot cannot be reached"))
+    other.close()
+    assert here.receive() == event("gone", reason="the robot cannot be reached")
+    with pytest.raises(LinkClosedError):
+        here.receive()
+
+
 def test_an_end_has_a_descriptor_until_it_is_closed() -> None:
     end, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     link = ProcessLink(end)
