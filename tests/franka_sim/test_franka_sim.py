@@ -135,7 +135,7 @@ def test_the_plant_keeps_every_promise_of_its_port(
     server: subprocess.Popen[bytes], cell: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("AEROS_FRANKA_SITE", str(cell))
-    # On a busy machine the simulator shows the same state twice, or 20 commands in a row are late: tried again.
+    # On a busy machine the simulator shows a state twice, or 20 commands in a row are late: tried again.
     failing, failures = [check.__name__ for check in CHECKS], {}
     for _ in range(3):
         chosen = [word for name in failing for word in ("--check", name)]
