@@ -19,9 +19,11 @@ from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
 
 EXTRAS: Final = {
     "cvc5": "a second solver: `aeros verify --strict`",
+    "dataset": "datasets in LeRobot's format: `aeros run --dataset`",
     "distributed": "experiments on a cluster: `aeros experiment --executor`",
     "experiments": "trials of many runs: `aeros experiment`",
     "film": "films of runs: `aeros film`, `aeros run --film`",
+    "gym": "environments of Gymnasium: `import aeros.gym`",
     "kinematic": "robots without physics: `aeros run --plant kinematic`",
     "learned": "modules with networks",
     "learned-proof": "proofs about networks that intervals leave open",

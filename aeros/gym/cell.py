@@ -1,0 +1,292 @@
+"""A proved cell of one task, in which episodes run: plant, gate and executor are new in each of them."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from aeros.agent.execution.supervisor import StepAssessment, assess_step, start_obstacle
+from aeros.agent.instructions.meaning import single_errand
+from aeros.agent.instructions.understand import understand
+from aeros.agent.world.values import CachingConverter, to_exact
+from aeros.agent.world.world import WorldModel, world_from_readings
+from aeros.files import make_private_folder, temporary_folder
+from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate.decision import DecisionKind
+from aeros.runtime.gate.gate import CompiledGate, GateMode
+from aeros.runtime.perception.open_perceiver import open_by_policy
+from aeros.runtime.ports import AuditEvent, Plant, StepRequest, StepResult, StepStatus
+from aeros.runtime.proving import prove_configuration
+from aeros.runtime.skills.in_process_run import OpenRun, SkillRunProtocol, SkillRunResult
+from aeros.session.assembly import build_executor
+from aeros.session.plant_factory import load_run_scene, open_plant
+from aeros.session.plant_vocabulary import require_declared_measurements, require_known_actions
+from aeros.session.rendered_errors import rendered_errors
+from aeros.session.setup import AUDIT, open_isolated_skills
+from aeros.sim.referee import GoalJudgement, judge_goal, truth_of
+from aeros.skill import Action, Observation
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.operator_settings import OperatorSettings
+from aeros.spec.model.policy import Durability
+from aeros.spec.model.site import Site
+from aeros.spec.model.task_parameters import arguments_in_force
+
+
+class SkillAttempt(NamedTuple):
+    """One skill that was run, or that could not start.
+
+    Attributes:
+        result: the result that the runtime gives.
+        assessment: the measured outcome.
+        decisions: records of the decisions that were no plain permission: denied and attenuated actions.
+    """
+
+    result: StepResult
+    assessment: StepAssessment
+    decisions: tuple[AuditEvent, ...]
+
+
+class _SingleRequest:
+    """Run of a skill whose code is replaced by one action; implements `SkillRunProtocol`."""
+
+    def __init__(self, action: Action) -> None:
+        self._left = [action]
+
+    def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
+        """Implement `SkillRunProtocol.resume`."""
+        return self._left.pop() if self._left else SkillRunResult(StepStatus.FINISHED, "")
+
+    def close(self) -> str | None:
+        """Implement `SkillRunProtocol.close`."""
+        return None
+
+
+class RequestingRuns:
+    """Opens runs of skills, or runs of one action in the name of a skill; implements `OpenRun`.
+
+    The gate knows the skill as the one who asks, so its envelope and permissions bind the action.
+
+    Args:
+        open_run: opens runs of the skills' own code.
+    """
+
+    def __init__(self, open_run: OpenRun) -> None:
+        self._open_run = open_run
+        self._request: Action | None = None
+
+    @contextmanager
+    def requesting(self, action: Action | None) -> Iterator[None]:
+        """Replace the code of the skills that start in the block.
+
+        Args:
+            action: the action; None to replace nothing.
+        """
+        self._request = action
+        try:
+            yield
+        finally:
+            self._request = None
+
+    def __call__(self, site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
+        """Implement `OpenRun`."""
+        if self._request is not None:
+            return _SingleRequest(self._request)
+        return self._open_run(site, ecm, skill, inputs)
+
+
+class Episode:
+    """One try of the task on a fresh plant.
+
+    Args:
+        cell: the cell.
+        executor: runs skills.
+        plant: the plant itself, for its truth and its pictures.
+        runs: opens the runs of the executor's steps.
+    """
+
+    def __init__(self, cell: TaskCell, executor: Executor, plant: Plant, runs: RequestingRuns) -> None:
+        self.plant = plant
+        self._runs = runs
+        self._cell = cell
+        self._executor = executor
+        self._convert = CachingConverter()
+
+    def world(self) -> WorldModel:
+        """Measure the state.
+
+        Returns:
+            The known values.
+        """
+        executor = self._executor
+        return world_from_readings(executor.site.state, executor.observe(), executor.now(), self._convert)
+
+    def run(
+        self,
+        module: str,
+        skill: Skill,
+        inputs: Mapping[str, Any],
+        before: WorldModel,
+        request: Action | None = None,
+    ) -> SkillAttempt:
+        """Run a skill to its end, if its precondition is measured to hold.
+
+        Args:
+            module: id of its module.
+            skill: the skill.
+            inputs: its inputs, SI.
+            before: the state measured now.
+            request: the only action of the step, asked for in the name of the skill in place of its code;
+                None to run the code.
+
+        Returns:
+            Result, outcome and objections of the gate.
+        """
+        exact = {one.name: to_exact(one, inputs.get(name)) for name, one in skill.inputs.items()}
+        obstacle = start_obstacle(module, skill, before, exact)
+        if obstacle is not None:
+            result = StepResult(StepStatus.REFUSED, str(obstacle), causes=(obstacle,))
+            return SkillAttempt(result, assess_step(module, skill, result, before, before.predicates), ())
+        head = self._executor.log_head()
+        with self._runs.requesting(request):
+            result = self._executor.run_step(StepRequest(module, skill.id, inputs))
+        events = self._executor.events_since(head) or ()
+        decisions = tuple(
+            one
+            for one in events
+            if one.event == "decision" and one.details["verdict"] != DecisionKind.ALLOW.value
+        )
+        return SkillAttempt(
+            result, assess_step(module, skill, result, self.world(), before.predicates), decisions
+        )
+
+    def judge(self, world: WorldModel) -> GoalJudgement:
+        """Judge the task's goal by the truth of the plant.
+
+        Args:
+            world: the measured state.
+
+        Returns:
+            Belief and truth.
+        """
+        routed = self._cell.routed
+        believed = world.truth_by_known_values(routed.task.goal) is True
+        arguments = arguments_in_force(self._cell.configuration.modules.values(), routed.variables)
+        return judge_goal(routed.task.goal, believed, truth_of(self.plant), routed.module, arguments)
+
+
+class TaskCell:
+    """Proved modules and the task; the processes that run their skills serve all episodes.
+
+    Args:
+        modules: folders of modules, each with a current `ecm.lock`.
+        site: the site file.
+        settings: settings of modules.
+        instruction: asks for one task.
+        plant: name of a plant.
+        gate: method of deciding conditions.
+        out: a folder for the audit log of each episode; None to keep the present one only, until `close`.
+        ideal_sensors: as of `open_session`.
+
+    Attributes:
+        configuration: proved modules and the site.
+        routed: the task with its arguments.
+        scene: the scene; None on the symbolic plant.
+
+    Raises:
+        UserError: a file is rejected, a claim is refuted, or a lock is missing or not current.
+        AgentError: the instruction is not understood whole.
+        PlantSetupError: the plant is not installed.
+        SkillRefusedError: this host isolates skill code less than the site requires.
+    """
+
+    def __init__(
+        self,
+        modules: Sequence[Path],
+        site: Path,
+        settings: OperatorSettings,
+        instruction: str,
+        plant: str,
+        gate: GateMode,
+        out: Path | None,
+        *,
+        ideal_sensors: bool,
+    ) -> None:
+        self._plant, self._gate_mode, self._ideal_sensors = plant, gate, ideal_sensors
+        self._out, self._episodes = out, 0
+        with rendered_errors(), ExitStack() as stack:
+            self.configuration, _ = prove_configuration(modules, site, certified=True, settings=settings)
+            self.routed = single_errand(understand(instruction, self.configuration.modules))
+            self._task = self.routed.task_at_start
+            self.scene = load_run_scene(plant, None, self.configuration, [self._task], 0)
+            self._gate = CompiledGate(self.configuration, gate)
+            self._skills = stack.enter_context(open_isolated_skills(self.configuration, _warn))
+            self._temporary = stack.enter_context(temporary_folder())
+            self._stack = stack.pop_all()
+
+    @contextmanager
+    def open_episode(self, seed: int) -> Iterator[Episode]:
+        """Open a fresh plant at the start of the task.
+
+        Args:
+            seed: seed of all random numbers of the plant.
+
+        Yields:
+            The episode.
+
+        Raises:
+            PlantSetupError: the plant cannot be opened, or it does not measure or do what the site declares.
+        """
+        configuration = self.configuration
+        with (
+            rendered_errors(),
+            open_plant(
+                self._plant,
+                configuration,
+                self._task,
+                seed,
+                scene=self.scene,
+                ideal_sensors=self._ideal_sensors,
+            ) as plant,
+        ):
+            require_declared_measurements(plant, configuration.site)
+            require_known_actions(plant, configuration)
+            runs = RequestingRuns(self._skills)
+            with (
+                # A simulator's log may lose its end with the power; nothing moved that it would have to tell.
+                AuditLog(self._new_log(), durability=Durability.BATCHED) as audit,
+                build_executor(
+                    configuration,
+                    plant,
+                    audit,
+                    runs,
+                    gate=self._gate,
+                    open_perceiver=open_by_policy(self._skills),
+                ) as executor,
+            ):
+                audit.append("isolation", self._skills.audit_details())
+                executor.attend(frozenset(configuration.modules))
+                executor.set_parameters(self.routed.variables)
+                yield Episode(self, executor, plant, runs)
+
+    def close(self) -> None:
+        """End the processes that run skills, and delete temporary logs; safe to call twice."""
+        self._stack.close()
+
+    def _new_log(self) -> Path:
+        """Return the path of a new audit log."""
+        if self._out is None:
+            path = self._temporary / AUDIT
+            path.unlink(missing_ok=True)
+            return path
+        while (folder := self._out / f"episode-{self._episodes:06d}").exists():
+            self._episodes += 1
+        make_private_folder(folder)
+        return folder / AUDIT
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, RuntimeWarning, stacklevel=2)
