@@ -15,6 +15,7 @@ from aeros.agent.identity import lock_folder
 from aeros.agent.instructions.meaning import single_errand, with_goal
 from aeros.agent.recovery.checkpoint import CheckpointStore
 from aeros.agent.recovery.quarantine import Quarantine
+from aeros.apps.dataset.dataset import DatasetError
 from aeros.apps.goal import parse_goal
 from aeros.apps.watchdog.resumable_run import load_run_options, save_run_options
 from aeros.apps.watchdog.watchdog import run_watchdog
@@ -33,6 +34,7 @@ from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import add_plant_argument
 from aeros.cli.run.planners import LLM_KEY, build_planner
 from aeros.cli.run.reading import find_meaning
+from aeros.cli.run.run_dataset import open_run_dataset
 from aeros.cli.run.run_plant import (
     PlantSetup,
     load_scene_extras,
@@ -96,6 +98,7 @@ examples:
   aeros run "make dumplings" --people at_the_bench --report
   aeros run "fetch the object" --scene shelf_behind
   aeros run "make dumplings" --bag runs/demo-bag
+  aeros run "make dumplings" --plant mujoco --seed 3 --dataset runs/dumplings
   aeros run "make dumplings" --watchdog
   aeros run --resume
   aeros run "make dumplings" --anchor /mnt/other/demo.anchor
@@ -218,6 +221,12 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--report", action="store_true", help="write report.html there too, as `aeros report` does"
     )
+    parser.add_argument(
+        "--dataset",
+        type=Path,
+        metavar="FOLDER",
+        help="add the run as an episode to a dataset in LeRobot's format; the folder is new or has one",
+    )
     film = parser.add_mutually_exclusive_group()
     film.add_argument(
         "--film",
@@ -323,6 +332,8 @@ def _run_watchdog(arguments: argparse.Namespace) -> Exit:
     """
     if arguments.bag is not None or arguments.mcap is not None:
         raise UsageError("--bag and --mcap cannot be combined with --watchdog")
+    if arguments.dataset is not None:
+        raise UsageError("--dataset cannot be combined with --watchdog")
     with lock_folder(arguments.state / "watchdog", arguments.instruction):
         quarantined = Quarantine(arguments.state).reason()
         if quarantined is not None:
@@ -364,13 +375,14 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         follows_rules = all(errand.routed.task.rules for errand in meaning.errands)
         planner = build_planner(arguments, module, configuration.site, follows_rules=follows_rules)
         around = load_scene_extras(arguments, configuration, tasks)
+        dataset = open_run_dataset(arguments, configuration, meaning)
         with open_outputs(arguments, routed.task.id) as (out, spectators), governor:
             staged = PlantSetup(arguments, configuration, routed, around, spectators, out)
             if arguments.serve_plant:
                 return serve_plant(staged)
             signing = None if key is None else build_signing(key, arguments.state, out, arguments.anchor)
-            return run_task(staged, RunRequest(governor, proof, planner, meaning, goal, signing))
-    except SETUP_ERRORS as refusal:
+            return run_task(staged, RunRequest(governor, proof, planner, meaning, goal, signing, dataset))
+    except (*SETUP_ERRORS, DatasetError) as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
     except ConnectionLostError as lost:

@@ -24,6 +24,7 @@ from aeros.cli.records.film import write_film
 from aeros.cli.records.report import write_report
 from aeros.cli.run.help_question import help_asker
 from aeros.cli.run.planners import planning_timeout
+from aeros.cli.run.run_dataset import RunDataset
 from aeros.cli.run.run_plant import PlantSetup, lost_poses, open_run_plant
 from aeros.cli.run.run_referee import RunReferee
 from aeros.cli.run.run_report import summary
@@ -63,6 +64,7 @@ class RunRequest(NamedTuple):
         meaning: The requests of the instruction.
         goal: Goal that replaces the task's; None to keep it.
         signing: Signs the audit log; None for no signatures.
+        dataset: Gets the run as an episode; None for none.
     """
 
     governor: Governor
@@ -71,6 +73,7 @@ class RunRequest(NamedTuple):
     meaning: Understanding
     goal: ActionCondition | None
     signing: SigningConfiguration | None
+    dataset: RunDataset | None = None
 
 
 def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
@@ -113,6 +116,9 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
             is_over = True
     seconds = time.perf_counter() - began
     code = _report_run(staged, request, report, simulated, seconds, recorded.feed, gate.tally, judgement)
+    if request.dataset is not None:
+        is_true = None if judgement is None else judgement.true
+        request.dataset.add(staged.out, arguments, is_success=report.reached if is_true is None else is_true)
     # Last of all, and by the supervisor if there is one: until then another process can report the end.
     if is_over and not arguments.supervised:
         delete_run_options(arguments.state)
@@ -140,6 +146,7 @@ def _setup(staged: PlantSetup, request: RunRequest, referee: RunReferee) -> Sess
         purpose=arguments.instruction,
         plant_name=arguments.plant,
         is_resumed=arguments.resume,
+        listeners=() if request.dataset is None else (request.dataset.recorder,),
     )
 
 

@@ -43,6 +43,7 @@ class FilmOptions:
         title: text at its top.
         has_captions: True to draw captions and marks.
         has_insets: True to draw what cameras see beside captions.
+        has_shadows: False to draw no shadows where there are no captions, in a third of the time.
     """
 
     size: tuple[int, int] = (1280, 720)
@@ -53,6 +54,7 @@ class FilmOptions:
     title: str = ""
     has_captions: bool = True
     has_insets: bool = True
+    has_shadows: bool = True
 
 
 class EmptyFilmError(Exception):
@@ -140,7 +142,7 @@ class FilmFrames:
             for sample, stances, camera in zip(self._samples, self._stances, cameras, strict=True):
                 if not options.has_captions:
                     film.place(sample, stances)
-                    yield pictures.draw(camera)
+                    yield pictures.draw(camera, has_shadows=options.has_shadows)
                     continue
                 caption = self._caption_at(sample.time)
                 seen = insets.latest(caption, film, pictures) if options.has_insets else ()

@@ -19,15 +19,19 @@ class Mp4Encoder:
         size: width and height, both even, pixels.
         rate: pictures per second.
         quality: constant rate factor, from 0, the best, to 51.
+        key_pictures: distance of key pictures, from which a reader can start; None for the encoder's choice.
     """
 
-    def __init__(self, size: tuple[int, int], rate: int, quality: str) -> None:
+    def __init__(
+        self, size: tuple[int, int], rate: int, quality: str, key_pictures: int | None = None
+    ) -> None:
         self._output = BytesIO()
         self._container = av.open(self._output, "w", format="mp4")
         self._stream = self._container.add_stream("libx264", rate=rate)
         self._stream.width, self._stream.height = size
         self._stream.pix_fmt = "yuv420p"
-        self._stream.options = {"crf": quality}
+        group = {} if key_pictures is None else {"g": str(key_pictures)}
+        self._stream.options = {"crf": quality, **group}
 
     def add(self, picture: NDArray[np.uint8]) -> None:
         """Implement `FilmEncoder.add`."""

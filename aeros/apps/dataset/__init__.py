@@ -1,0 +1,1 @@
+"""Datasets of runs in the published layout of LeRobot."""
