@@ -23,7 +23,7 @@ from aeros.runtime.ports import AuditEvent, Plant, StepRequest, StepResult, Step
 from aeros.runtime.proving import prove_configuration
 from aeros.runtime.skills.in_process_run import OpenRun, SkillRunProtocol, SkillRunResult
 from aeros.session.assembly import build_executor
-from aeros.session.plant_factory import load_run_scene, open_plant
+from aeros.session.plant_factory import draw_scene, load_run_scene, open_plant
 from aeros.session.plant_vocabulary import require_declared_measurements, require_known_actions
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.setup import AUDIT, open_isolated_skills
@@ -106,10 +106,19 @@ class Episode:
         executor: runs skills.
         plant: the plant itself, for its truth and its pictures.
         runs: opens the runs of the executor's steps.
+        drawn: what was drawn for its scene, by name; empty unless it is randomised.
     """
 
-    def __init__(self, cell: TaskCell, executor: Executor, plant: Plant, runs: RequestingRuns) -> None:
+    def __init__(
+        self,
+        cell: TaskCell,
+        executor: Executor,
+        plant: Plant,
+        runs: RequestingRuns,
+        drawn: Mapping[str, Any],
+    ) -> None:
         self.plant = plant
+        self.drawn = drawn
         self._runs = runs
         self._cell = cell
         self._executor = executor
@@ -190,6 +199,7 @@ class TaskCell:
         gate: method of deciding conditions.
         out: a folder for the audit log of each episode; None to keep the present one only, until `close`.
         ideal_sensors: as of `open_session`.
+        randomise: True to draw a scene for each episode from the ranges in scene files.
 
     Attributes:
         configuration: proved modules and the site.
@@ -214,14 +224,17 @@ class TaskCell:
         out: Path | None,
         *,
         ideal_sensors: bool,
+        randomise: bool,
     ) -> None:
-        self._plant, self._gate_mode, self._ideal_sensors = plant, gate, ideal_sensors
+        self._plant, self._ideal_sensors, self._randomise = plant, ideal_sensors, randomise
         self._out, self._episodes = out, 0
         with rendered_errors(), ExitStack() as stack:
             self.configuration, _ = prove_configuration(modules, site, certified=True, settings=settings)
             self.routed = single_errand(understand(instruction, self.configuration.modules))
             self._task = self.routed.task_at_start
             self.scene = load_run_scene(plant, None, self.configuration, [self._task], 0)
+            if randomise:
+                draw_scene(plant, self.scene, 0)  # says what is missing before the first episode
             self._gate = CompiledGate(self.configuration, gate)
             self._skills = stack.enter_context(open_isolated_skills(self.configuration, _warn))
             self._temporary = stack.enter_context(temporary_folder())
@@ -241,6 +254,7 @@ class TaskCell:
             PlantSetupError: the plant cannot be opened, or it does not measure or do what the site declares.
         """
         configuration = self.configuration
+        scene, drawn = draw_scene(self._plant, self.scene, seed) if self._randomise else (self.scene, {})
         with (
             rendered_errors(),
             open_plant(
@@ -248,7 +262,7 @@ class TaskCell:
                 configuration,
                 self._task,
                 seed,
-                scene=self.scene,
+                scene=scene,
                 ideal_sensors=self._ideal_sensors,
             ) as plant,
         ):
@@ -268,9 +282,11 @@ class TaskCell:
                 ) as executor,
             ):
                 audit.append("isolation", self._skills.audit_details())
+                if drawn:
+                    audit.append("scene-randomised", {"seed": seed, "drawn": dict(drawn)})
                 executor.attend(frozenset(configuration.modules))
                 executor.set_parameters(self.routed.variables)
-                yield Episode(self, executor, plant, runs)
+                yield Episode(self, executor, plant, runs, drawn)
 
     def close(self) -> None:
         """End the processes that run skills, and delete temporary logs; safe to call twice."""

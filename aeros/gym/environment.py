@@ -68,6 +68,8 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
         bindings: as of `open_session`.
         parameters: as of `open_session`.
         ideal_sensors: sensors without the errors that the site declares.
+        randomise: draw masses, friction, colours, light, places and sensor errors for each episode, from the
+            ranges in scene files; `info` of `reset` has what was `drawn`.
         camera: the camera whose newest picture `render` returns; None for the first one.
         render_mode: `rgb_array`, on plants with cameras; None to render nothing.
 
@@ -111,6 +113,7 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
         bindings: Mapping[str, str] | None = None,
         parameters: Mapping[str, str] | None = None,
         ideal_sensors: bool = False,
+        randomise: bool = False,
         camera: str | None = None,
         render_mode: str | None = None,
     ) -> None:
@@ -127,6 +130,7 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
             GateMode(gate),
             None if out is None else as_path("out", out),
             ideal_sensors=ideal_sensors,
+            randomise=randomise,
         )
         try:
             cameras = {} if self._cell.scene is None or plant == "kinematic" else self._cell.scene.cameras
@@ -160,7 +164,8 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
             options: must be empty: there are none.
 
         Returns:
-            The observation, and `info` with `time`, `seed` and `action_mask`.
+            The observation; and `info` with `time`, `seed` and `action_mask`, and `drawn` if it is
+            randomised.
 
         Raises:
             MisuseError: an option is unknown.
@@ -174,6 +179,8 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
         self._episode = self._open.enter_context(self._cell.open_episode(of_plant))
         self._world = self._episode.world()
         info = {"seed": of_plant, "time": self._world.time, "action_mask": self._action_mask(self._world)}
+        if self._episode.drawn:
+            info["drawn"] = dict(self._episode.drawn)
         return self._encoder.encode(self._world), info
 
     def step(self, action: Any) -> tuple[GymObservation, SupportsFloat, bool, bool, dict[str, Any]]:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from aeros.sim.faults.faults_file import FaultContext
     from aeros.sim.faults.injector import FaultEvent
     from aeros.sim.faults.model import Fault
+    from aeros.sim.layouts.randomisation import RandomisedScene
     from aeros.sim.physics import Viewer
 
 _START_TIMEOUT_S: Final = 60.0
@@ -157,6 +158,32 @@ def load_run_scene(
     return scene
 
 
+def draw_scene(plant: str, scene: Scene | None, seed: int) -> RandomisedScene:
+    """Draw the properties for which a scene declares ranges.
+
+    Args:
+        plant: The plant's name.
+        scene: The scene; None on a plant without one.
+        seed: Seed of all random numbers.
+
+    Returns:
+        The scene, and what was drawn.
+
+    Raises:
+        PlantSetupError: The plant has no scene, or the scene declares no ranges.
+    """
+    if scene is None or plant not in PLANTS:
+        raise PlantSetupError(f"`--randomise` draws properties of a scene: the {plant} plant has none")
+    with _physics_import_errors(plant):
+        from aeros.sim.layouts.randomisation import has_ranges, randomise_scene
+    if not has_ranges(scene):
+        raise PlantSetupError(
+            f"the scene `{scene.name}` declares no ranges; add `randomise` to its bodies or to the scene "
+            "(docs/reference/scene.md)"
+        )
+    return randomise_scene(scene, seed)
+
+
 def open_recorder(plant: str, path: Path) -> Viewer:
     """Open a recording of the poses of `plant`, from which films are made.
 
@@ -269,7 +296,8 @@ def open_plant(
         UserError: There is no such scene, or it cannot be built.
     """
     scene = scene or load_run_scene(name, None, configuration, [task], seed)
-    errors = sensor_setup(configuration, ideal=ideal_sensors)
+    factor = 1.0 if scene is None else scene.sensor_factor
+    errors = sensor_setup(configuration, ideal=ideal_sensors, factor=factor)
     plant: Plant
     if name not in PLANTS:
         plant = _open_provided(name, PlantRequest(configuration.site, scene, to_doubles(task.start), seed))

@@ -26,12 +26,13 @@ class SensorSetup(NamedTuple):
     scanners: AreaScanners | None = None
 
 
-def sensor_setup(configuration: Configuration, *, ideal: bool = False) -> SensorSetup:
+def sensor_setup(configuration: Configuration, *, ideal: bool = False, factor: float = 1.0) -> SensorSetup:
     """Collect the errors of the sensors.
 
     Args:
         configuration: the site, and the modules whose variables its sensors measure.
         ideal: no errors at all, and the exact distance of people.
+        factor: factor on noise, bias and drift, but for the sensors that measure how far people are.
 
     Returns:
         The errors that the site declares.
@@ -53,7 +54,21 @@ def sensor_setup(configuration: Configuration, *, ideal: bool = False) -> Sensor
             if found is not None and found.dimension == variable.unit.dimension:
                 lowest, highest = variable.double_range
                 models[name] = replace(_model(found), lowest=lowest, highest=highest)
-    return SensorSetup(models, errors.survey, errors.odometry, configuration.site.area_scanners)
+    setup = SensorSetup(models, errors.survey, errors.odometry, configuration.site.area_scanners)
+    return setup if factor == 1.0 else _scaled(setup, factor)
+
+
+def _scaled(setup: SensorSetup, factor: float) -> SensorSetup:
+    """Return greater or smaller errors; how late and how rarely values come stays."""
+    models = {
+        name: replace(
+            one, noise=factor * one.noise, bias=factor * one.bias, colour_noise=factor * one.colour_noise
+        )
+        for name, one in setup.models.items()
+    }
+    survey = SurveyErrors(*(factor * one for one in setup.survey))
+    odometry = OdometryErrors(*(factor * one for one in setup.odometry))
+    return setup._replace(models=models, survey=survey, odometry=odometry)
 
 
 def _model(errors: QuantityErrors) -> SensorModel:

@@ -32,9 +32,9 @@ from aeros.cli.arguments import (
 )
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import add_plant_argument
+from aeros.cli.records.dataset import open_run_dataset
 from aeros.cli.run.planners import LLM_KEY, build_planner
 from aeros.cli.run.reading import find_meaning
-from aeros.cli.run.run_dataset import open_run_dataset
 from aeros.cli.run.run_plant import (
     PlantSetup,
     load_scene_extras,
@@ -97,6 +97,7 @@ examples:
   aeros run "make dumplings" --view --no-film
   aeros run "make dumplings" --people at_the_bench --report
   aeros run "fetch the object" --scene shelf_behind
+  aeros run "fetch the object" --randomise --seed 12
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --plant mujoco --seed 3 --dataset runs/dumplings
   aeros run "make dumplings" --watchdog
@@ -212,6 +213,11 @@ def add_to(commands: Subparsers) -> None:
         "--ideal-sensors",
         action="store_true",
         help="simulate sensors without the noise, latency, dropout and drift that the site declares",
+    )
+    parser.add_argument(
+        "--randomise",
+        action="store_true",
+        help="draw masses, friction, colours, light, places and sensor errors from the ranges in scene files",
     )
     parser.add_argument(
         "--scene",
@@ -332,8 +338,8 @@ def _run_watchdog(arguments: argparse.Namespace) -> Exit:
     """
     if arguments.bag is not None or arguments.mcap is not None:
         raise UsageError("--bag and --mcap cannot be combined with --watchdog")
-    if arguments.dataset is not None:
-        raise UsageError("--dataset cannot be combined with --watchdog")
+    if arguments.dataset is not None or arguments.randomise:
+        raise UsageError("--dataset and --randomise cannot be combined with --watchdog")
     with lock_folder(arguments.state / "watchdog", arguments.instruction):
         quarantined = Quarantine(arguments.state).reason()
         if quarantined is not None:

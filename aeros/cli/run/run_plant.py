@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import secrets
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from aeros.agent.errors import AgentError
@@ -23,6 +24,7 @@ from aeros.session.plant_factory import (
     PHYSICS_PLANTS,
     PLANTS,
     connect_plant,
+    draw_scene,
     load_faults,
     load_people,
     load_run_scene,
@@ -53,11 +55,13 @@ class SceneExtras(NamedTuple):
         people: Simulated people.
         faults: Faults to inject.
         scene: The scene; None if the plant has none, or another process loads it.
+        drawn: Factors and changes that were drawn for the scene, by name; empty unless it is randomised.
     """
 
     people: Sequence[Person]
     faults: Sequence[Fault]
     scene: Scene | None
+    drawn: Mapping[str, object] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -112,8 +116,11 @@ def load_scene_extras(
     scene = load_run_scene(arguments.plant, arguments.scene, configuration, tasks, arguments.seed)
     if scene is not None and arguments.plant in PLANTS:
         _warn_of_unmeasured(configuration, tasks, scene)
+    drawn: Mapping[str, object] = {}
+    if arguments.randomise:
+        scene, drawn = draw_scene(arguments.plant, scene, arguments.seed)
     faults = load_faults(arguments.plant, arguments.faults, configuration, scene)
-    return SceneExtras(people, faults, scene)
+    return SceneExtras(people, faults, scene, drawn)
 
 
 def _warn_of_unmeasured(configuration: Configuration, tasks: Sequence[Task], scene: Scene) -> None:
@@ -177,7 +184,7 @@ def open_run_plant(
     Returns:
         A context manager of the plant.
     """
-    arguments, (people, faults, scene) = staged.arguments, staged.extras
+    arguments, (people, faults, scene, _) = staged.arguments, staged.extras
     if is_remote(arguments):
         return closing(connect_plant(arguments.plant_at))
     return open_plant(

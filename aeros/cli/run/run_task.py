@@ -20,11 +20,11 @@ from aeros.apps.watchdog.resumable_run import delete_run_options, end_plant, end
 from aeros.apps.why.causal_chain import RunLog
 from aeros.cli.arguments import print_warning
 from aeros.cli.latest_run import save_latest_run
+from aeros.cli.records.dataset import RunDataset
 from aeros.cli.records.film import write_film
 from aeros.cli.records.report import write_report
 from aeros.cli.run.help_question import help_asker
 from aeros.cli.run.planners import planning_timeout
-from aeros.cli.run.run_dataset import RunDataset
 from aeros.cli.run.run_plant import PlantSetup, lost_poses, open_run_plant
 from aeros.cli.run.run_referee import RunReferee
 from aeros.cli.run.run_report import summary
@@ -98,6 +98,8 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
             RunGovernor(request.governor, notifier) as governor,
             open_agent(setup, recorded, governor) as (_, agent, gate),
         ):
+            if drawn := dict(staged.extras.drawn):
+                recorded.audit.append("scene-randomised", {"seed": arguments.seed, "drawn": drawn})
             save_latest_run(arguments.state, out)
             governor.on_command = partial(_apply_command, agent)
             notifier.send(READY)
@@ -118,7 +120,8 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
     code = _report_run(staged, request, report, simulated, seconds, recorded.feed, gate.tally, judgement)
     if request.dataset is not None:
         is_true = None if judgement is None else judgement.true
-        request.dataset.add(staged.out, arguments, is_success=report.reached if is_true is None else is_true)
+        is_success = report.reached if is_true is None else is_true
+        request.dataset.add(staged.out, arguments, staged.extras.drawn, is_success=is_success)
     # Last of all, and by the supervisor if there is one: until then another process can report the end.
     if is_over and not arguments.supervised:
         delete_run_options(arguments.state)

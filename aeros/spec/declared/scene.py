@@ -6,6 +6,7 @@ Quantities are still text; `aeros.spec.scenes` gives them meaning.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Annotated, Literal
 
 from aeros.spec.declared.field_types import ByVariable, Identifier, Named
@@ -30,6 +31,9 @@ Triple = Annotated[tuple[TextField, ...], LengthBounds(3, 3)]
 Reference = Annotated[TextField, Pattern("dotted")]
 """A body, `can`, or one of its links or joints, `press.handle`."""
 Friction = Annotated[NumberField, ValueBounds(0, 10)]
+Factors = Annotated[
+    tuple[Annotated[NumberField, ValueBounds(Fraction(1, 100), 100)], ...], LengthBounds(2, 2)
+]
 
 
 @dataclass(frozen=True)
@@ -230,6 +234,48 @@ class Joint:
 
 
 @dataclass(frozen=True)
+class BodyRanges:
+    """Ranges of one body, from which `aeros run --randomise` draws; a `urdf` has neither mass nor colour.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    mass: Factors | None = field(default=None, metadata={"doc": "least and greatest factor on its mass"})
+    friction: Factors | None = field(
+        default=None, metadata={"doc": "least and greatest factor on its friction and its links'"}
+    )
+    colour: Share | None = field(default=None, metadata={"doc": "greatest change of its red, green and blue"})
+    spread: Triple | None = field(
+        default=None, metadata={"doc": "added to its `spread`: a wider range of places"}
+    )
+    yaw_spread: TextField | None = field(default=None, metadata={"doc": "added to its `yaw_spread`"})
+
+
+@dataclass(frozen=True)
+class SceneRanges:
+    """Ranges of the whole scene, from which `aeros run --randomise` draws.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    light: Factors | None = field(
+        default=None,
+        metadata={"doc": "least and greatest factor on the colours of all bodies, as of dim or bright light"},
+    )
+    sensors: Factors | None = field(
+        default=None,
+        metadata={
+            "doc": "least and greatest factor on noise, bias and drift of the site's sensors, but for those"
+            " that measure how far people are"
+        },
+    )
+
+
+@dataclass(frozen=True)
 class SceneBody:
     """One body: exactly one of `box`, `cylinder`, `sphere`, `basin`, `compound` and `urdf`.
 
@@ -318,6 +364,9 @@ class SceneBody:
     )
     colour: Colour | None = field(
         default=None, metadata={"doc": "red, green and blue, each from 0 to 1; grey if absent"}
+    )
+    randomise: BodyRanges | None = field(
+        default=None, metadata={"doc": "ranges of its properties; with `aeros run --randomise` alone"}
     )
     grip: Grip | None = field(
         default=None,
@@ -529,6 +578,9 @@ class Scene:
         default=None, metadata={"doc": "the camera of films and windows, from which the whole scene is seen"}
     )
     places: Named[Place] = field(default=MappingField(), metadata={"doc": "surveyed points, by name"})
+    randomise: SceneRanges | None = field(
+        default=None, metadata={"doc": "ranges of light and sensors; with `aeros run --randomise` alone"}
+    )
     looks: Named[Look] = field(
         default=MappingField(), metadata={"doc": "shapes by which films show bodies, by name"}
     )

@@ -237,6 +237,36 @@ class LookPart(NamedTuple):
     range: Pair = (0.0, 0.0)
 
 
+class BodyVariation(NamedTuple):
+    """Ranges from which properties of a body are drawn if a run is randomised.
+
+    Attributes:
+        mass: least and greatest factor on its mass.
+        friction: least and greatest factor on its friction and its links'.
+        colour: greatest change of each of its red, green and blue.
+        spread: added to the spread of its placement.
+        yaw_spread: likewise, rad.
+    """
+
+    mass: Pair = (1.0, 1.0)
+    friction: Pair = (1.0, 1.0)
+    colour: float = 0.0
+    spread: Vector = (0.0, 0.0, 0.0)
+    yaw_spread: float = 0.0
+
+
+class SceneVariation(NamedTuple):
+    """Ranges from which properties of a whole scene are drawn if a run is randomised.
+
+    Attributes:
+        light: least and greatest factor on the colours of all bodies.
+        sensors: least and greatest factor on the errors of sensors.
+    """
+
+    light: Pair = (1.0, 1.0)
+    sensors: Pair = (1.0, 1.0)
+
+
 @dataclass(frozen=True, slots=True)
 class SceneBody:
     """A body.
@@ -253,6 +283,7 @@ class SceneBody:
         grip: the part to hold it by; None if it cannot be held.
         span: where it is declared.
         look: what films show in place of its shape; empty for the shape itself.
+        variation: ranges for runs that are randomised; None for none.
     """
 
     name: str
@@ -266,6 +297,7 @@ class SceneBody:
     grip: Grip | None
     span: SourceSpan
     look: tuple[LookPart, ...] = ()
+    variation: BodyVariation | None = None
 
     @property
     def is_movable(self) -> bool:
@@ -485,6 +517,8 @@ class Scene:
             thing's name.
         parts: the files that it is made of, its own first.
         module: the module that its file names; None for none.
+        variation: ranges for runs that are randomised; None for none.
+        sensor_factor: factor on the errors of sensors; 1 unless the run is randomised.
     """
 
     name: str
@@ -505,6 +539,8 @@ class Scene:
     parts: tuple[ScenePart, ...] = field(default=())
     variables: Mapping[str, str] = field(default_factory=dict)
     module: str | None = None
+    variation: SceneVariation | None = None
+    sensor_factor: float = 1.0
 
     def measured(self) -> Iterator[tuple[str, str]]:
         """Yield what is surveyed and what instruments measure.

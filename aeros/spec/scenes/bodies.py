@@ -13,6 +13,7 @@ from aeros.spec.model.scene import (
     GREY,
     AlternativePlace,
     Basin,
+    BodyVariation,
     Box,
     Colour,
     Compound,
@@ -124,6 +125,24 @@ class BodyElaborator:
             self._grip(body, shape) if mass > 0.0 else None,
             body.at[0].span.merge(body.at[2].span),
             self.looks.look(body.look, shape),
+            None if body.randomise is None else self._variation(body.randomise, shape, mass),
+        )
+
+    def _variation(self, ranges: declared.BodyRanges, shape: Shape, mass: float) -> BodyVariation:
+        """Elaborate the ranges of a body; those of what its model's file sets are reported."""
+        numbers = self._numbers
+        if isinstance(shape, UrdfModel) and (ranges.mass is not None or ranges.colour is not None):
+            numbers.report(
+                "the model's file sets its mass and colours", ranges.span, "vary friction or place"
+            )
+        elif ranges.mass is not None and mass == 0.0:
+            numbers.report("a body that is fixed to W has no mass to vary", ranges.span, "give it a `mass`")
+        return BodyVariation(
+            numbers.factors(ranges.mass),
+            numbers.factors(ranges.friction),
+            _number(ranges.colour, 0.0),
+            numbers.spread(ranges.spread),
+            numbers.angle(ranges.yaw_spread),
         )
 
     def _known(self, name: TextField, known: Collection[str]) -> str:

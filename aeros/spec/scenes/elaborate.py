@@ -26,6 +26,7 @@ from aeros.spec.model.scene import (
     RobotMount,
     Scene,
     SceneCamera,
+    SceneVariation,
     Seal,
     UrdfModel,
 )
@@ -95,7 +96,10 @@ class _SceneElaborator:
         found = self._found
         robot = found.robot if scene.robot is None else self._robot(scene.robot)
         view = found.view if scene.view is None else self._camera(scene.view)
-        self._found = replace(found, description=scene.description.value, robot=robot, view=view)
+        variation = found.variation if scene.randomise is None else self._variation(scene.randomise)
+        self._found = replace(
+            found, description=scene.description.value, robot=robot, view=view, variation=variation
+        )
         for name, place in scene.places:
             self._add("places", {name.value: self._bodies.placement(name.value, place, self._found.places)})
         looks = {name.value: look for name, look in scene.looks}
@@ -140,6 +144,9 @@ class _SceneElaborator:
 
     def _robot(self, robot: declared.Robot) -> RobotMount:
         return RobotMount(robot.mount.value == "carriage", self._numbers.point(robot.at))
+
+    def _variation(self, ranges: declared.SceneRanges) -> SceneVariation:
+        return SceneVariation(self._numbers.factors(ranges.light), self._numbers.factors(ranges.sensors))
 
     def _camera(self, camera: declared.Camera) -> SceneCamera:
         number = self._numbers

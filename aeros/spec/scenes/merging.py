@@ -99,7 +99,7 @@ def merge(first: Scene, second: Scene, at: SourceSpan | None, diagnostics: Diagn
         diagnostics: receives the faults.
 
     Returns:
-        Everything of both. Robot and view are the second's where the first has none.
+        Everything of both. Robot, view and variation are the second's where the first has none.
     """
     in_use = names_in_use(first)
     clashes = {name: what for name, what in names_in_use(second).items() if name in in_use}
@@ -128,6 +128,7 @@ def merge(first: Scene, second: Scene, at: SourceSpan | None, diagnostics: Diagn
         **joined,
         robot=first.robot or second.robot,
         view=first.view or second.view,
+        variation=first.variation or second.variation,
         parts=(*first.parts, *second.parts),
     )
 

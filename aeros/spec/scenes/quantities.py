@@ -10,8 +10,8 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, MASS, Dimension
-from aeros.spec.model.scene import Vector
-from aeros.spec.text.fields import TextField
+from aeros.spec.model.scene import Pair, Vector
+from aeros.spec.text.fields import NumberField, TextField
 
 MAX_COORDINATE: Final = 10
 """Greatest coordinate in W, m; positions in a site file have the same bound."""
@@ -213,3 +213,19 @@ class Quantities:
             *help_: what to do.
         """
         self.diagnostics.error("AE208", headline, span, help=help_)
+
+    def factors(self, pair: tuple[NumberField, ...] | None) -> Pair:
+        """Elaborate the least and the greatest factor of a range.
+
+        Args:
+            pair: the two numbers; None for a range that holds 1 alone.
+
+        Returns:
+            Both.
+        """
+        if pair is None:
+            return (1.0, 1.0)
+        low, high = (float(one.value) for one in pair)
+        if low > high:
+            self.report("the first factor is at most the second", pair[0].span.merge(pair[1].span))
+        return (low, high)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,12 +30,15 @@ class RunDataset(NamedTuple):
     writer: DatasetWriter
     recorder: EpisodeRecorder
 
-    def add(self, run: Path, arguments: argparse.Namespace, *, is_success: bool) -> None:
+    def add(
+        self, run: Path, arguments: argparse.Namespace, drawn: Mapping[str, object], *, is_success: bool
+    ) -> None:
         """Add the run as an episode, and print a line about it.
 
         Args:
             run: Output folder of the run.
             arguments: Parsed options of `aeros run`.
+            drawn: What was drawn for the scene, by name; empty unless it is randomised.
             is_success: True if the goal was reached, by truth where there is one.
         """
         self.recorder.finish()
@@ -43,6 +47,7 @@ class RunDataset(NamedTuple):
             "instruction": arguments.instruction,
             "plant": arguments.plant,
             "seed": arguments.seed,
+            "drawn": dict(drawn),
             "audit_records": data.chain.records,
             "audit_head": data.chain.head,
         }
