@@ -23,6 +23,9 @@ from aeros.spec.model.variables import Declared
 SIZE: Final = (320, 240)
 """Width and height of the video, pixels."""
 
+_ROUNDING: Final = 1e-9
+"""Difference of times that are equal but for the rounding of sums, s."""
+
 _ABOUT: Final = "meta/aeros/episode-{episode:06d}.json"
 """File of what only AEROS knows of an episode."""
 
@@ -143,7 +146,7 @@ class DatasetWriter:
         found, place = [], 0
         current: RecordedDecision | None = None
         for frame in episode.frames:
-            while place < len(decided) and decided[place].time <= frame.time:
+            while place < len(decided) and decided[place].time <= frame.time + _ROUNDING:
                 current, place = decided[place], place + 1
             found.append(self._action_row(current))
         return found

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
+from importlib.metadata import entry_points
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -27,6 +29,9 @@ from aeros.spec.text.yaml_reader import read_yaml
 
 FOLDER: Final = "scenes"
 """Folder of scene files in a module's folder and in AEROS."""
+
+GROUP: Final = "aeros.scenes"
+"""Group of entry points under which an installed distribution provides scenes, each a path of a file."""
 
 _MAX_DEPTH: Final = 8
 """Limit on files that include each other."""
@@ -53,19 +58,41 @@ def shipped_scenes() -> dict[str, Path]:
     return scenes_in(Path(aeros.__file__).parent)
 
 
+@cache
+def provided_scenes() -> dict[str, Path]:
+    """List the scene files that installed distributions provide; they are looked for once.
+
+    Returns:
+        Their paths by name.
+
+    Raises:
+        UserError: an entry point of a distribution names no path.
+    """
+    found = {}
+    for entry in entry_points(group=GROUP):
+        try:
+            found[entry.name] = Path(entry.load())
+        except Exception as failure:
+            headline = f"the scene `{entry.name}` of an installed distribution cannot be found: {failure}"
+            help_ = (f"let its entry point of `{GROUP}` name the path of a scene file",)
+            raise UserError([Diagnostic("AE002", headline, help=help_)]) from failure
+    return found
+
+
 def known_scenes(module_folders: Sequence[str | os.PathLike[str]] = ()) -> dict[str, Path]:
     """List the scene files that can be named.
 
     Args:
-        module_folders: folders of modules; a name in the first goes before that of AEROS, and that before
-            those of other modules.
+        module_folders: folders of modules; a name in the first goes before that of AEROS, that before those
+            of other modules, and these before those of installed distributions.
 
     Returns:
         Their paths by name.
     """
     own, others = module_folders[:1], module_folders[1:]
     found: dict[str, Path] = {}
-    for scenes in (*map(scenes_in, own), shipped_scenes(), *map(scenes_in, others)):
+    scenes_of_modules = (*map(scenes_in, own), shipped_scenes(), *map(scenes_in, others))
+    for scenes in (*scenes_of_modules, provided_scenes()):
         found = {**scenes, **found}
     return found
 

@@ -10,17 +10,14 @@ from gymnasium import spaces
 
 from aeros.gym.choices import RequestDecoder, SkillChoice, SkillDecoder, skill_choices
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.model.ecm import Task
-from aeros.spec.model.site import Site
-from tests.modules.robot import MODULES, SITE
+from tests.modules.robot import configuration_of
 
-_MODULE = MODULES["make_dumplings"]
-_TASK: Task = _MODULE.tasks["make_dumplings"]
-_SITE: Site = SITE
+_NAME = "make_dumplings"
 
 
 def _choices() -> tuple[SkillChoice, ...]:
-    return skill_choices({"make_dumplings": _MODULE}, "make_dumplings", _TASK)
+    modules = configuration_of(_NAME).modules
+    return skill_choices(modules, _NAME, modules[_NAME].tasks[_NAME])
 
 
 def _prepare() -> SkillChoice:
@@ -46,7 +43,7 @@ def test_an_input_is_chosen_within_its_range(chosen: float, speed: float) -> Non
 
 def test_bounds_are_given_exactly() -> None:
     bounds = {"move_tool.target": ((0.1, 0.2, 0.3), (0.4, 0.5, 0.7)), "move_tool.speed": (0.1, 0.3)}
-    decoder = RequestDecoder(_prepare(), _SITE.kinds, bounds)
+    decoder = RequestDecoder(_prepare(), configuration_of(_NAME).site.kinds, bounds)
     assert decoder.kind_names == ("move_tool", "grip", "look")
     for sign, target, speed in ((-1.0, (0.1, 0.2, 0.3), 0.1), (1.0, (0.4, 0.5, 0.7), 0.3)):
         action = {**decoder.space.sample(), "kind": np.int64(0), "move_tool.target": np.full(3, sign)}
@@ -60,7 +57,7 @@ def test_bounds_are_given_exactly() -> None:
 
 
 def test_a_member_of_an_enum_is_chosen_by_its_number() -> None:
-    decoder = RequestDecoder(_prepare(), _SITE.kinds, {})
+    decoder = RequestDecoder(_prepare(), configuration_of(_NAME).site.kinds, {})
     action = {**decoder.space.sample(), "kind": np.int64(2), "look.camera": np.int64(2)}
     request = decoder.decode(action).request
     assert request is not None
@@ -79,4 +76,4 @@ def test_a_member_of_an_enum_is_chosen_by_its_number() -> None:
 )
 def test_wrong_bounds_are_refused(bounds: dict[str, tuple[Any, Any]], text: str) -> None:
     with pytest.raises(MisuseError, match=text):
-        RequestDecoder(_prepare(), _SITE.kinds, bounds)
+        RequestDecoder(_prepare(), configuration_of(_NAME).site.kinds, bounds)

@@ -88,7 +88,11 @@ def test_the_checker_finds_nothing_with_other_action_spaces(options: dict[str, A
 
 def test_the_reward_is_the_goal_which_ends_the_episode(dumplings: aeros.gym.TaskEnvironment) -> None:
     told = _run(dumplings, 0, (_PREPARE, _WRAP, _BOIL))
-    assert [(reward, ended) for _, reward, ended, _, _ in told[1:]] == [(0.0, False), (0.0, False), (1.0, True)]
+    assert [(reward, ended) for _, reward, ended, _, _ in told[1:]] == [
+        (0.0, False),
+        (0.0, False),
+        (1.0, True),
+    ]
     info = told[-1][4]
     assert (info["skill"], info["status"], info["outcome"]) == ("make_dumplings.boil", "finished", "cooked")
     assert (info["is_success"], info["is_believed"], info["is_refereed"]) == (True, True, False)
@@ -188,7 +192,7 @@ def test_bounds_scale_the_numbers_of_an_action() -> None:
 def test_environments_in_a_vector_do_as_one_does(mode: str, dumplings: aeros.gym.TaskEnvironment) -> None:
     vector = gymnasium.make_vec(_DUMPLINGS, num_envs=2, vectorization_mode=mode)
     try:
-        observed, _ = vector.reset(seed=[4, 5])
+        observed, _ = vector.reset(seed=4)
         stepped, rewards, *_ = vector.step(np.array([_PREPARE, _BOIL]))
     finally:
         vector.close()

@@ -38,6 +38,17 @@ def test_a_modules_variables_have_the_errors_of_their_sensor_if_the_unit_fits(se
     assert "make_dumplings.wrapper_yaw" not in setup.models  # a perceiver's
 
 
+def test_a_factor_scales_noise_bias_and_drift_alone(setup: SensorSetup, configuration: Configuration) -> None:
+    scaled = sensor_setup(configuration, factor=2.0)
+    one, two = setup.models["contact_force"], scaled.models["contact_force"]
+    assert (two.noise, two.bias) == (2.0 * one.noise, 2.0 * one.bias)
+    assert (two.latency, two.dropout, two.resolution) == (one.latency, one.dropout, one.resolution)
+    assert scaled.models["mast"].colour_noise == 2.0 * setup.models["mast"].colour_noise
+    assert scaled.survey == tuple(2.0 * each for each in setup.survey)
+    assert scaled.odometry == tuple(2.0 * each for each in setup.odometry)
+    assert scaled.scanners == setup.scanners
+
+
 def test_ideal_sensors_have_no_errors(configuration: Configuration) -> None:
     assert sensor_setup(configuration, ideal=True) == SensorSetup({})
 

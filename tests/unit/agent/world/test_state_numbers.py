@@ -26,9 +26,7 @@ def state() -> dict[str, Declared]:
     return {name: site.state[name] for name in _NAMES}
 
 
-def _encoded(
-    state: dict[str, Declared], known: dict[str, Value]
-) -> tuple[dict[str, float], dict[str, int]]:
+def _encoded(state: dict[str, Declared], known: dict[str, Value]) -> tuple[dict[str, float], dict[str, int]]:
     encoder = StateNumbers(state)
     numbers, flags = encoder.encode(known)
     return dict(zip(encoder.names, numbers, strict=True)), dict(zip(encoder.names, flags, strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import Any
 
 import pytest
 
@@ -30,10 +31,11 @@ def test_frames_come_at_a_constant_rate_with_the_newest_values(recorder: Episode
         recorder.on_tick(now, {"base_speed": now, "holding": Reading(True, now - 0.001)}, _CHAIN)
     recorder.finish()
     assert [frame.time for frame in recorder.frames] == pytest.approx([2.0, 2.1, 2.2, 2.3])
-    known = [frame.world.known for frame in recorder.frames]
+    known: list[Any] = [frame.world.known for frame in recorder.frames]
     assert known[0] == {"base_speed": Fraction(0), "holding": False}
-    assert [float(one["base_speed"]) for one in known[1:]] == pytest.approx([2.1, 2.2, 2.25], abs=0.5 / 240)  # type: ignore[arg-type]
-    assert all(float(one["base_speed"]) <= frame.time for one, frame in zip(known, recorder.frames, strict=True))  # type: ignore[arg-type]
+    speeds = [float(one["base_speed"]) for one in known]
+    assert speeds[1:] == pytest.approx([2.1, 2.2, 2.25], abs=0.5 / 240)
+    assert all(speed <= frame.time for speed, frame in zip(speeds, recorder.frames, strict=True))
 
 
 def test_a_value_that_is_too_old_is_unknown(recorder: EpisodeRecorder) -> None:

@@ -75,6 +75,20 @@ def test_extras_need_the_physics_plant(option: str, tmp_path: Path) -> None:
         load_scene_extras(setup.arguments, setup.configuration, [setup.task.task])
 
 
+def test_a_plant_without_a_scene_cannot_be_randomised(tmp_path: Path) -> None:
+    setup = staged(options(tmp_path, "--randomise"))
+    with pytest.raises(PlantSetupError, match="the symbolic plant has none"):
+        load_scene_extras(setup.arguments, setup.configuration, [setup.task.task])
+
+
+def test_a_scene_without_ranges_cannot_be_randomised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    setup = staged(options(tmp_path, "--randomise"))
+    setup.arguments.plant = "kinematic"
+    monkeypatch.setattr(run_plant, "load_run_scene", lambda *_: load_scene("bare"))
+    with pytest.raises(PlantSetupError, match="the scene `bare` declares no ranges"):
+        load_scene_extras(setup.arguments, setup.configuration, [setup.task.task])
+
+
 def test_the_plant_server_alone_loads_the_extras_of_a_plant(tmp_path: Path) -> None:
     setup = staged(options(tmp_path, "--faults", "none-such"))
     setup.arguments.plant_at = tmp_path / "plant.sock"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from aeros.spec.model.scene import (
     GREY,
     Basin,
     BodyPart,
+    BodyVariation,
     Box,
     Compound,
     Cylinder,
@@ -25,10 +27,19 @@ from aeros.spec.model.scene import (
     Region,
     RobotMount,
     Scene,
+    SceneVariation,
     Sphere,
     UrdfModel,
 )
-from aeros.spec.scenes.load import add_scene, known_scenes, load_scene, require_robot, shipped_scenes
+from aeros.spec.scenes import load as load_module
+from aeros.spec.scenes.load import (
+    add_scene,
+    known_scenes,
+    load_scene,
+    provided_scenes,
+    require_robot,
+    shipped_scenes,
+)
 from tests.shipped_scenes import FOLDERS, SHIPPED, shipped_scene
 
 MODEL = """<robot name="vase"><link name="a">
@@ -371,3 +382,89 @@ def test_a_model_that_is_none_is_refused_at_its_place(
     assert found.code == code
     assert found.primary is not None
     assert (found.primary.span.source.path, found.primary.span.line) == (str(tmp_path / "vase.urdf"), line)
+
+
+# Scenes of other distributions.
+
+
+def _provide(monkeypatch: pytest.MonkeyPatch, name: str, load: Callable[[EntryPoint], object]) -> None:
+    entry = EntryPoint(name, "my_package:SCENE", "aeros.scenes")
+    monkeypatch.setattr(EntryPoint, "load", load)
+    monkeypatch.setattr(
+        load_module, "entry_points", lambda group: (entry,) if group == "aeros.scenes" else ()
+    )
+    monkeypatch.setattr(load_module, "provided_scenes", provided_scenes.__wrapped__)
+
+
+def test_an_installed_distribution_provides_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "crate.yaml"
+    path.write_text("schema: aeros/scene/2\ndescription: a crate\n", encoding="utf-8")
+    _provide(monkeypatch, "my_crate", lambda _: str(path))
+    assert load_scene("my_crate").description == "a crate"
+
+
+def test_a_distribution_cannot_replace_a_shipped_scene(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _provide(monkeypatch, "bare", lambda _: str(tmp_path))
+    assert known_scenes()["bare"] == shipped_scenes()["bare"]
+
+
+def test_a_scene_that_a_distribution_names_and_lacks_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_: EntryPoint) -> object:
+        raise ModuleNotFoundError("No module named 'my_package'")
+
+    _provide(monkeypatch, "my_crate", fail)
+    with pytest.raises(UserError) as error:
+        load_scene("my_crate")
+    (found,) = error.value.diagnostics
+    assert "`my_crate`" in found.headline
+    assert "my_package" in found.headline
+
+
+# Ranges.
+
+
+_CRATE = """schema: aeros/scene/2
+description: a crate
+randomise: {light: [0.5, 2]}
+bodies:
+  crate: {box: [10 cm, 10 cm, 10 cm], at: [1 m, 0 m, 5 cm]MASS, randomise: RANGES}
+"""
+
+
+@pytest.mark.parametrize(
+    ("mass", "ranges", "text"),
+    [
+        (", mass: 1 kg", "{mass: [2, 0.5]}", "the first factor is at most the second"),
+        ("", "{mass: [0.5, 2]}", "a body that is fixed to W has no mass to vary"),
+        (", mass: 1 kg", "{mass: [0, 2]}", "0"),
+        (", mass: 1 kg", "{weight: [1, 2]}", "weight"),
+    ],
+)
+def test_a_range_that_is_none_is_reported(tmp_path: Path, mass: str, ranges: str, text: str) -> None:
+    path = tmp_path / "crate.yaml"
+    path.write_text(_CRATE.replace("MASS", mass).replace("RANGES", ranges), encoding="utf-8")
+    with pytest.raises(UserError) as error:
+        load_scene(str(path))
+    assert any(text in one.headline for one in error.value.diagnostics)
+
+
+def test_ranges_stay_with_their_bodies_when_scenes_are_put_together(tmp_path: Path) -> None:
+    path = tmp_path / "crate.yaml"
+    path.write_text(
+        _CRATE.replace("MASS", ", mass: 1 kg").replace("RANGES", "{mass: [0.5, 2]}"), encoding="utf-8"
+    )
+    outer = tmp_path / "outer.yaml"
+    outer.write_text(
+        "schema: aeros/scene/2\ndescription: two\ninclude:\n"
+        "  - {scene: crate.yaml, prefix: left_}\n"
+        "  - {scene: crate.yaml, prefix: right_, at: [0 m, 1 m, 0 m]}\n",
+        encoding="utf-8",
+    )
+    found = load_scene(str(outer))
+    assert found.variation == SceneVariation(light=(0.5, 2.0))
+    assert {name: one.variation for name, one in found.bodies.items()} == {
+        "left_crate": BodyVariation(mass=(0.5, 2.0)),
+        "right_crate": BodyVariation(mass=(0.5, 2.0)),
+    }
