@@ -23,7 +23,7 @@ def test_each_frame_has_a_picture(opengl: str, frames: int, end: float) -> None:
     assert pictures[-1].time == pytest.approx(end)
     assert {one.key_frame for one in pictures[::2]} == {True}
     assert video.statistics["count"] == [frames]
-    pixels = np.stack([one.to_ndarray(format="rgb24") for one in pictures]) / 255.0
+    pixels = np.stack([one.to_ndarray(format="rgb24") for one in pictures]).astype(float) / 255.0
     for name, found in (("mean", pixels.mean(axis=(0, 1, 2))), ("q50", np.median(pixels, axis=(0, 1, 2)))):
         # H.264 is lossy.
         assert np.array(video.statistics[name]) == pytest.approx(found.reshape(3, 1, 1), abs=0.02)
