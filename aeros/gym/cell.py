@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from aeros.agent.execution.supervisor import StepAssessment, assess_step, start_obstacle
 from aeros.agent.instructions.meaning import single_errand
@@ -15,11 +16,12 @@ from aeros.agent.world.values import CachingConverter, to_exact
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.files import make_private_folder, temporary_folder
 from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.canonical_json import decode_value
 from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate.decision import DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.perception.open_perceiver import open_by_policy
-from aeros.runtime.ports import AuditEvent, Plant, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import Plant, StepRequest, StepResult, StepStatus
 from aeros.runtime.proving import prove_configuration
 from aeros.runtime.skills.in_process_run import OpenRun, SkillRunProtocol, SkillRunResult
 from aeros.session.assembly import build_executor
@@ -35,6 +37,10 @@ from aeros.spec.model.policy import Durability
 from aeros.spec.model.site import Site
 from aeros.spec.model.task_parameters import arguments_in_force
 
+_DECISION: Final = b'"event":"decision"'
+
+_ALLOWED: Final = f'"verdict":"{DecisionKind.ALLOW.value}"'.encode()
+
 
 class SkillAttempt(NamedTuple):
     """One skill that was run, or that could not start.
@@ -42,12 +48,12 @@ class SkillAttempt(NamedTuple):
     Attributes:
         result: the result that the runtime gives.
         assessment: the measured outcome.
-        decisions: records of the decisions that were no plain permission: denied and attenuated actions.
+        objections: details of the decisions that were no plain permission, as the audit log has them.
     """
 
     result: StepResult
     assessment: StepAssessment
-    decisions: tuple[AuditEvent, ...]
+    objections: tuple[Mapping[str, Any], ...]
 
 
 class _SingleRequest:
@@ -63,6 +69,22 @@ class _SingleRequest:
     def close(self) -> str | None:
         """Implement `SkillRunProtocol.close`."""
         return None
+
+
+class ObjectionListener:
+    """Listener of an audit log that keeps the decisions to deny or to attenuate an action.
+
+    Attributes:
+        found: their details, until they are cleared.
+    """
+
+    def __init__(self) -> None:
+        self.found: list[Mapping[str, Any]] = []
+
+    def __call__(self, line: bytes) -> None:
+        """Take note of a record: a line of canonical JSON, in which strings hold no plain quotes."""
+        if _DECISION in line and _ALLOWED not in line:
+            self.found.append(decode_value(json.loads(line)["details"]))
 
 
 class RequestingRuns:
@@ -106,6 +128,7 @@ class Episode:
         executor: runs skills.
         plant: the plant itself, for its truth and its pictures.
         runs: opens the runs of the executor's steps.
+        objections: listens to the executor's audit log.
         drawn: what was drawn for its scene, by name; empty unless it is randomised.
     """
 
@@ -115,10 +138,12 @@ class Episode:
         executor: Executor,
         plant: Plant,
         runs: RequestingRuns,
+        objections: ObjectionListener,
         drawn: Mapping[str, Any],
     ) -> None:
         self.plant = plant
         self.drawn = drawn
+        self._objections = objections.found
         self._runs = runs
         self._cell = cell
         self._executor = executor
@@ -159,17 +184,13 @@ class Episode:
         if obstacle is not None:
             result = StepResult(StepStatus.REFUSED, str(obstacle), causes=(obstacle,))
             return SkillAttempt(result, assess_step(module, skill, result, before, before.predicates), ())
-        head = self._executor.log_head()
+        self._objections.clear()
         with self._runs.requesting(request):
             result = self._executor.run_step(StepRequest(module, skill.id, inputs))
-        events = self._executor.events_since(head) or ()
-        decisions = tuple(
-            one
-            for one in events
-            if one.event == "decision" and one.details["verdict"] != DecisionKind.ALLOW.value
-        )
         return SkillAttempt(
-            result, assess_step(module, skill, result, self.world(), before.predicates), decisions
+            result,
+            assess_step(module, skill, result, self.world(), before.predicates),
+            tuple(self._objections),
         )
 
     def judge(self, world: WorldModel) -> GoalJudgement:
@@ -268,10 +289,10 @@ class TaskCell:
         ):
             require_declared_measurements(plant, configuration.site)
             require_known_actions(plant, configuration)
-            runs = RequestingRuns(self._skills)
+            runs, objections = RequestingRuns(self._skills), ObjectionListener()
             with (
                 # A simulator's log may lose its end with the power; nothing moved that it would have to tell.
-                AuditLog(self._new_log(), durability=Durability.BATCHED) as audit,
+                AuditLog(self._new_log(), durability=Durability.BATCHED, listener=objections) as audit,
                 build_executor(
                     configuration,
                     plant,
@@ -286,7 +307,7 @@ class TaskCell:
                     audit.append("scene-randomised", {"seed": seed, "drawn": dict(drawn)})
                 executor.attend(frozenset(configuration.modules))
                 executor.set_parameters(self.routed.variables)
-                yield Episode(self, executor, plant, runs, drawn)
+                yield Episode(self, executor, plant, runs, objections, drawn)
 
     def close(self) -> None:
         """End the processes that run skills, and delete temporary logs; safe to call twice."""

@@ -27,7 +27,7 @@ from aeros.gym.choices import (
 )
 from aeros.gym.observations import GymObservation, ObservationEncoder
 from aeros.runtime.gate.gate import GateMode
-from aeros.runtime.ports import AuditEvent, StepStatus, newest_pictures
+from aeros.runtime.ports import StepStatus, newest_pictures
 from aeros.session.argument_checks import as_path, as_paths, require_one_of, require_text
 from aeros.session.module_settings import read_module_settings
 from aeros.session.plant_factory import PLANTS
@@ -300,13 +300,12 @@ def _attempt_info(choice: SkillChoice, attempt: SkillAttempt, *, is_request: boo
         "allowed": result.allowed,
         "attenuated": result.attenuated,
         "denied": result.denied,
-        "objections": [_objection(one) for one in attempt.decisions],
+        "objections": [_objection(one) for one in attempt.objections],
     }
 
 
-def _objection(event: AuditEvent) -> dict[str, Any]:
+def _objection(details: Mapping[str, Any]) -> dict[str, Any]:
     """Tell of one action that was denied or attenuated: the verdict, what was asked, and each rule."""
-    details = event.details
     return {
         "verdict": details["verdict"],
         "asked": details["asked"],
