@@ -16,7 +16,7 @@ from typing import Final
 try:
     import gymnasium
 except ImportError as error:
-    raise ImportError(f"aeros.gym needs `pip install 'aeros[gym]'` ({error.name} is missing)") from error
+    raise ImportError(f"aeros.gym needs `pip install 'aeros-robot[gym]'` ({error.name} is missing)") from error
 
 from aeros.gym.environment import TaskEnvironment
 

@@ -296,7 +296,7 @@ def _import_errors() -> Iterator[None]:
         yield
     except ImportError as error:
         raise DatasetError(
-            f"a dataset needs `pip install 'aeros[dataset]'` ({error.name} is missing)"
+            f"a dataset needs `pip install 'aeros-robot[dataset]'` ({error.name} is missing)"
         ) from error
 
 
