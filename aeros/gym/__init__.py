@@ -1,41 +1,68 @@
-"""Environments of Gymnasium, one for each shipped task; importing this module registers them.
+"""Environments of Gymnasium, one for each module; importing this package registers those at hand.
 
     import gymnasium
     import aeros.gym
 
-    env = gymnasium.make("aeros/MakeDumplings-v0", modules="ecms/make_dumplings", plant="mujoco")
+    env = gymnasium.make("aeros/MakeTea-v0", plant="mujoco")
 
-An action chooses a skill, which runs to its end, every action of it decided by the gate.
-`docs/how-to/gym.md` has the spaces, the reward and the keys of `info`.
+A module `make_tea` in the folder `ecms` of the working folder is `aeros/MakeTea-v0`; without that folder,
+the modules of a checkout of AEROS count.  `register_modules` registers those of another folder.  An action
+chooses a skill, which runs to its end, every action of it decided by the gate.  `docs/how-to/gym.md` has the
+spaces, the reward and the keys of `info`.
 """
 
 from __future__ import annotations
 
+from os import PathLike
+from pathlib import Path
 from typing import Final
 
 try:
     import gymnasium
 except ImportError as error:
-    raise ImportError(f"aeros.gym needs `pip install 'aeros-robot[gym]'` ({error.name} is missing)") from error
+    raise ImportError(
+        f"aeros.gym needs `pip install 'aeros-robot[gym]'` ({error.name} is missing)"
+    ) from error
 
 from aeros.gym.environment import TaskEnvironment
+from aeros.spec.text.discovery import MANIFEST
 
-__all__ = ["ENVIRONMENTS", "TaskEnvironment"]
-
-ENVIRONMENTS: Final = {
-    "aeros/MakeDumplings-v0": "make_dumplings",
-    "aeros/CleanTable-v0": "clean_table",
-    "aeros/FetchObject-v0": "fetch_object",
-}
-"""The module of each environment; its task has the same name."""
+__all__ = ["MAX_EPISODE_STEPS", "TaskEnvironment", "register_modules"]
 
 MAX_EPISODE_STEPS: Final = 50
-"""Skills that an episode has at most; the rules of the tasks need 3 to 7 without faults."""
+"""Skills that an episode has at most; the rules of the shipped tasks need 3 to 7 without faults."""
 
-for _id, _module in ENVIRONMENTS.items():
-    gymnasium.register(
-        _id,
-        entry_point="aeros.gym.environment:TaskEnvironment",
-        max_episode_steps=MAX_EPISODE_STEPS,
-        kwargs={"modules": f"ecms/{_module}", "instruction": f"{_module}.{_module}"},
-    )
+_FOLDER: Final = "ecms"
+
+
+def register_modules(folder: str | PathLike[str]) -> list[str]:
+    """Register an environment for each module in a folder; nothing of the modules is read before it is made.
+
+    Args:
+        folder: a folder of modules, each a folder with a manifest.
+
+    Returns:
+        The ids of the environments, sorted: `aeros/MakeTea-v0` for the module `make_tea`.
+
+    Example:
+        >>> aeros.gym.register_modules("ecms")[0]
+        'aeros/CleanTable-v0'
+    """
+    found = []
+    for manifest in sorted(Path(folder).glob(f"*/{MANIFEST}")):
+        name = "".join(part.capitalize() for part in manifest.parent.name.split("_"))
+        found.append(f"aeros/{name}-v0")
+        arguments = {"modules": str(manifest.parent.resolve())}
+        known = gymnasium.registry.get(found[-1])
+        if known is None or known.kwargs != arguments:
+            gymnasium.register(
+                found[-1],
+                entry_point="aeros.gym.environment:TaskEnvironment",
+                max_episode_steps=MAX_EPISODE_STEPS,
+                kwargs=arguments,
+            )
+    return found
+
+
+_at_hand = (Path(_FOLDER), Path(__file__).parents[2] / _FOLDER)
+register_modules(next((one for one in _at_hand if one.is_dir()), _at_hand[0]))

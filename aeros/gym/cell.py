@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 from aeros.agent.execution.supervisor import StepAssessment, assess_step, start_obstacle
 from aeros.agent.instructions.meaning import single_errand
 from aeros.agent.instructions.understand import understand
+from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.world.values import CachingConverter, to_exact
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.files import make_private_folder, temporary_folder
@@ -31,6 +32,7 @@ from aeros.session.rendered_errors import rendered_errors
 from aeros.session.setup import AUDIT, open_isolated_skills
 from aeros.sim.referee import GoalJudgement, judge_goal, truth_of
 from aeros.skill import Action, Observation
+from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.policy import Durability
@@ -120,7 +122,7 @@ class RequestingRuns:
         return self._open_run(site, ecm, skill, inputs)
 
 
-class Episode:
+class EpisodeInCell:
     """One try of the task on a fresh plant.
 
     Args:
@@ -215,7 +217,7 @@ class TaskCell:
         modules: folders of modules, each with a current `ecm.lock`.
         site: the site file.
         settings: settings of modules.
-        instruction: asks for one task.
+        instruction: asks for one task; None for the one that has the name of its module, or the only one.
         plant: name of a plant.
         gate: method of deciding conditions.
         out: a folder for the audit log of each episode; None to keep the present one only, until `close`.
@@ -239,7 +241,7 @@ class TaskCell:
         modules: Sequence[Path],
         site: Path,
         settings: OperatorSettings,
-        instruction: str,
+        instruction: str | None,
         plant: str,
         gate: GateMode,
         out: Path | None,
@@ -251,7 +253,7 @@ class TaskCell:
         self._out, self._episodes = out, 0
         with rendered_errors(), ExitStack() as stack:
             self.configuration, _ = prove_configuration(modules, site, certified=True, settings=settings)
-            self.routed = single_errand(understand(instruction, self.configuration.modules))
+            self.routed = _task_of(instruction, self.configuration.modules)
             self._task = self.routed.task_at_start
             self.scene = load_run_scene(plant, None, self.configuration, [self._task], 0)
             if randomise:
@@ -262,7 +264,7 @@ class TaskCell:
             self._stack = stack.pop_all()
 
     @contextmanager
-    def open_episode(self, seed: int) -> Iterator[Episode]:
+    def open_episode(self, seed: int) -> Iterator[EpisodeInCell]:
         """Open a fresh plant at the start of the task.
 
         Args:
@@ -307,7 +309,7 @@ class TaskCell:
                     audit.append("scene-randomised", {"seed": seed, "drawn": dict(drawn)})
                 executor.attend(frozenset(configuration.modules))
                 executor.set_parameters(self.routed.variables)
-                yield Episode(self, executor, plant, runs, objections, drawn)
+                yield EpisodeInCell(self, executor, plant, runs, objections, drawn)
 
     def close(self) -> None:
         """End the processes that run skills, and delete temporary logs; safe to call twice."""
@@ -323,6 +325,24 @@ class TaskCell:
             self._episodes += 1
         make_private_folder(folder)
         return folder / AUDIT
+
+
+def _task_of(instruction: str | None, modules: Mapping[str, Ecm]) -> RoutedTask:
+    """Find the task that is asked for.
+
+    Raises:
+        AgentError: the instruction is not understood whole.
+        MisuseError: there is no instruction, and more than one task may be meant.
+    """
+    if instruction is None:
+        tasks = [(module, task) for module, ecm in modules.items() for task in ecm.tasks]
+        named = [one for one in tasks if one[0] == one[1]]
+        candidates = named or tasks
+        if len(candidates) != 1:
+            listed = ", ".join(f"`{module}.{task}`" for module, task in tasks)
+            raise MisuseError(f"give an `instruction`, such as the name of a task: {listed}")
+        instruction = ".".join(candidates[0])
+    return single_errand(understand(instruction, modules))
 
 
 def _warn(text: str) -> None:

@@ -52,7 +52,14 @@ class Decoder(Protocol):
     space: spaces.Space[Any]
 
     def decode(self, action: Any) -> ChosenStep:
-        """Decode a member of `space`."""
+        """Decode an action.
+
+        Args:
+            action: a member of `space`.
+
+        Returns:
+            The step that it asks for.
+        """
 
 
 class SkillChoice(NamedTuple):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from aeros.agent.execution.supervisor import start_obstacle
 from aeros.agent.world.values import to_exact
 from aeros.agent.world.world import WorldModel
-from aeros.gym.cell import Episode, SkillAttempt, TaskCell
+from aeros.gym.cell import EpisodeInCell, SkillAttempt, TaskCell
 from aeros.gym.choices import (
     ActionSpaceName,
     Bounds,
@@ -56,7 +56,8 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
 
     Args:
         modules: a module's folder or a folder of modules, or several of these; each has a current `ecm.lock`.
-        instruction: asks for one task, in words or as `MODULE.TASK KEY=VALUE`.
+        instruction: asks for one task, in words or as `MODULE.TASK KEY=VALUE`; None for the task that has
+            the name of its module, or the only one.
         plant: `symbolic`, `kinematic`, `physics` (PyBullet), `mujoco`, or that of another distribution.
         actions: `skills`, `skills-with-inputs` or `requests`.
         skill: `MODULE.SKILL` in whose name single actions are asked for; only with `requests`.
@@ -81,18 +82,8 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
         UserError: a file is rejected, a claim is refuted, or a lock is missing or not current.
         AgentError: the instruction is not understood whole.
         PlantSetupError: the plant is not installed.
-        MisuseError: an argument is none, or the plant has no such camera.
-
-    Example:
-        >>> import gymnasium, aeros.gym
-        >>> env = gymnasium.make("aeros/MakeDumplings-v0")
-        >>> observation, info = env.reset(seed=0)
-        >>> env.unwrapped.skill_names[:3]
-        ('make_dumplings.dock', 'make_dumplings.take_stock', 'make_dumplings.prepare')
-        >>> rewards = [env.step(choice)[1] for choice in (2, 4, 5)]
-        >>> rewards
-        [0.0, 0.0, 1.0]
-        >>> env.close()
+        MisuseError: an argument is none, there are several tasks and no instruction, or the plant has no such
+            camera.
     """
 
     # A picture shows the end of a skill, so a film of an episode is a slide show.
@@ -101,7 +92,7 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
     def __init__(
         self,
         modules: str | PathLike[str] | Sequence[str | PathLike[str]],
-        instruction: str,
+        instruction: str | None = None,
         *,
         plant: str = "symbolic",
         actions: ActionSpaceName = "skills",
@@ -120,7 +111,8 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
         require_one_of("plant", plant, (*PLANTS, *provided_plants()))
         require_one_of("action space", actions, get_args(ActionSpaceName))
         require_one_of("gate mode", gate, get_args(GateModeName))
-        require_text("instruction", instruction)
+        if instruction is not None:
+            require_text("instruction", instruction)
         self._cell = TaskCell(
             as_paths("modules", modules),
             reference_site_path() if site is None else as_path("site", site),
@@ -151,7 +143,7 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
         self.observation_names = self._encoder.names
         self.skill_names = tuple(one.name for one in self._decoder.choices)
         self._open = ExitStack()
-        self._episode: Episode | None = None
+        self._episode: EpisodeInCell | None = None
         self._world: WorldModel | None = None
 
     def reset(

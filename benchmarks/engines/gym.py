@@ -119,8 +119,8 @@ def measure_skills(plant: str, episodes: int) -> StepRate:
 
 
 def _make(plant: str, **options: Any) -> gymnasium.Env[Any, Any]:
-    modules = str(_ROOT / "ecms" / "make_dumplings")
-    return gymnasium.make(next(iter(aeros.gym.ENVIRONMENTS)), modules=modules, plant=plant, **options)
+    aeros.gym.register_modules(_ROOT / "ecms")
+    return gymnasium.make("aeros/MakeDumplings-v0", plant=plant, **options)
 
 
 def _print_table(rows: list[dict[str, Any]]) -> None:

@@ -158,7 +158,11 @@ class DatasetWriter:
         return [*(float(one == kind) for one in self._kinds), *numbers]
 
     def _write_video(self, episode: Episode, run: Path) -> Mapping[str, Any]:
-        """Write the video, and return its statistics."""
+        """Write the video, and return its statistics.
+
+        Raises:
+            FilmError: it cannot be drawn; the caller of `add` gets a `DatasetError`.
+        """
         with _film_errors():
             with film_imports():
                 from aeros.sim.film.episode_video import draw_video

@@ -14,7 +14,7 @@ from gymnasium.utils.env_checker import check_env
 
 import aeros.gym
 from aeros.agent.errors import AgentError
-from aeros.gym.cell import Episode
+from aeros.gym.cell import EpisodeInCell
 from aeros.runtime.audit.log import verify_log
 from aeros.sim.referee import GoalJudgement
 from aeros.spec.diagnostics.errors import MisuseError
@@ -22,12 +22,9 @@ from tests.repo.tree import ROOT
 
 _DUMPLINGS = "aeros/MakeDumplings-v0"
 
+aeros.gym.register_modules(ROOT / "ecms")
+
 _PREPARE, _WRAP, _BOIL = 2, 4, 5
-
-
-@pytest.fixture(autouse=True)
-def _where_modules_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
 
 
 @pytest.fixture(scope="module")
@@ -56,9 +53,9 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _run(env: gymnasium.Env[Any, Any], seed: int, actions: Sequence[Any]) -> list[Any]:
-    told: list[Any] = [env.reset(seed=seed)]
-    told += [env.step(action) for action in actions]
-    return told
+    steps: list[Any] = [env.reset(seed=seed)]
+    steps += [env.step(action) for action in actions]
+    return steps
 
 
 @pytest.mark.parametrize(
@@ -87,13 +84,13 @@ def test_the_checker_finds_nothing_with_other_action_spaces(options: dict[str, A
 
 
 def test_the_reward_is_the_goal_which_ends_the_episode(dumplings: aeros.gym.TaskEnvironment) -> None:
-    told = _run(dumplings, 0, (_PREPARE, _WRAP, _BOIL))
-    assert [(reward, ended) for _, reward, ended, _, _ in told[1:]] == [
+    steps = _run(dumplings, 0, (_PREPARE, _WRAP, _BOIL))
+    assert [(reward, ended) for _, reward, ended, _, _ in steps[1:]] == [
         (0.0, False),
         (0.0, False),
         (1.0, True),
     ]
-    info = told[-1][4]
+    info = steps[-1][4]
     assert (info["skill"], info["status"], info["outcome"]) == ("make_dumplings.boil", "finished", "cooked")
     assert (info["is_success"], info["is_believed"], info["is_refereed"]) == (True, True, False)
 
@@ -101,7 +98,7 @@ def test_the_reward_is_the_goal_which_ends_the_episode(dumplings: aeros.gym.Task
 def test_a_goal_that_is_believed_and_false_earns_nothing(
     dumplings: aeros.gym.TaskEnvironment, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Episode, "judge", lambda *_: GoalJudgement(True, False, {}))
+    monkeypatch.setattr(EpisodeInCell, "judge", lambda *_: GoalJudgement(True, False, {}))
     _, reward, ended, _, info = _run(dumplings, 7, (_PREPARE,))[-1]
     assert (reward, ended, info["is_success"], info["is_believed"]) == (0.0, False, False, True)
 
@@ -109,7 +106,7 @@ def test_a_goal_that_is_believed_and_false_earns_nothing(
 def test_a_goal_that_is_true_and_not_believed_earns_the_reward(
     dumplings: aeros.gym.TaskEnvironment, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Episode, "judge", lambda *_: GoalJudgement(False, True, {}))
+    monkeypatch.setattr(EpisodeInCell, "judge", lambda *_: GoalJudgement(False, True, {}))
     _, reward, ended, _, info = _run(dumplings, 7, (_PREPARE,))[-1]
     assert (reward, ended, info["is_success"], info["is_refereed"]) == (1.0, True, True, True)
 
@@ -137,14 +134,14 @@ def test_an_episode_without_a_seed_continues_the_seeded_sequence(
 
 
 def test_a_skill_that_may_not_start_changes_nothing(dumplings: aeros.gym.TaskEnvironment) -> None:
-    (before, info), (after, reward, ended, _, told) = _run(dumplings, 0, (_BOIL,))
+    (before, info), (after, reward, ended, _, steps) = _run(dumplings, 0, (_BOIL,))
     assert info["action_mask"][_BOIL] == 0
-    assert (told["status"], told["time"], reward, ended) == ("refused", 0.0, 0.0, False)
-    assert "dumpling_wrapped" in told["reason"]
+    assert (steps["status"], steps["time"], reward, ended) == ("refused", 0.0, 0.0, False)
+    assert "dumpling_wrapped" in steps["reason"]
     assert _same(before, after)
 
 
-def test_an_unknown_value_is_told_as_such(dumplings: aeros.gym.TaskEnvironment) -> None:
+def test_an_unknown_value_has_a_flag(dumplings: aeros.gym.TaskEnvironment) -> None:
     observation, _ = dumplings.reset(seed=0)
     known = dict(zip(dumplings.observation_names, observation["known"], strict=True))
     values = dict(zip(dumplings.observation_names, observation["values"], strict=True))
@@ -204,7 +201,7 @@ def test_environments_in_a_vector_do_as_one_does(mode: str, dumplings: aeros.gym
 
 
 def test_each_episode_has_an_audit_log_of_its_own(tmp_path: Path) -> None:
-    env = aeros.gym.TaskEnvironment("ecms/make_dumplings", "make dumplings", out=tmp_path)
+    env = aeros.gym.TaskEnvironment(ROOT / "ecms/make_dumplings", "make dumplings", out=tmp_path)
     _run(env, 0, (_PREPARE,))
     _run(env, 1, ())
     env.close()
@@ -228,12 +225,28 @@ def test_each_episode_has_an_audit_log_of_its_own(tmp_path: Path) -> None:
 )
 def test_a_wrong_argument_is_named(options: dict[str, Any], text: str) -> None:
     with pytest.raises(MisuseError, match=text):
-        aeros.gym.TaskEnvironment("ecms/make_dumplings", "make dumplings", **options)
+        aeros.gym.TaskEnvironment(ROOT / "ecms/make_dumplings", "make dumplings", **options)
+
+
+def test_each_module_of_a_folder_has_an_environment(tmp_path: Path) -> None:
+    for name in ("make_tea", "wait", "no_module"):
+        (tmp_path / name).mkdir()
+        if name != "no_module":
+            (tmp_path / name / "ecm.yaml").write_text("")
+    assert aeros.gym.register_modules(tmp_path) == ["aeros/MakeTea-v0", "aeros/Wait-v0"]
+    assert gymnasium.spec("aeros/MakeTea-v0").kwargs == {"modules": str(tmp_path / "make_tea")}
+    for name in ("aeros/MakeTea-v0", "aeros/Wait-v0"):
+        del gymnasium.registry[name]
+
+
+def test_several_tasks_need_an_instruction() -> None:
+    with pytest.raises(MisuseError, match=r"give an `instruction`.*`make_dumplings\.make_dumplings`"):
+        aeros.gym.TaskEnvironment([ROOT / "ecms" / "make_dumplings", ROOT / "ecms" / "clean_table"])
 
 
 def test_an_instruction_that_nothing_understands_is_refused() -> None:
     with pytest.raises(AgentError, match="juggle"):
-        aeros.gym.TaskEnvironment("ecms/make_dumplings", "juggle")
+        aeros.gym.TaskEnvironment(ROOT / "ecms/make_dumplings", "juggle")
 
 
 def test_a_step_needs_an_episode_and_an_action_of_the_space(dumplings: aeros.gym.TaskEnvironment) -> None:
@@ -277,8 +290,8 @@ def test_physics_is_refereed_rendered_and_repeatable(plant: str) -> None:
 @pytest.mark.parametrize("plant", ["physics", "mujoco"])
 def test_dumplings_on_physics_earn_the_reward_by_truth(plant: str) -> None:
     env = gymnasium.make(_DUMPLINGS, plant=plant)
-    told = _run(env, 0, (_PREPARE, _WRAP, _BOIL))
-    assert [one[1] for one in told[1:]] == [0.0, 0.0, 1.0]
-    assert told[-1][4]["is_refereed"] is True
-    assert _same(told, _run(env, 0, (_PREPARE, _WRAP, _BOIL)))
+    steps = _run(env, 0, (_PREPARE, _WRAP, _BOIL))
+    assert [one[1] for one in steps[1:]] == [0.0, 0.0, 1.0]
+    assert steps[-1][4]["is_refereed"] is True
+    assert _same(steps, _run(env, 0, (_PREPARE, _WRAP, _BOIL)))
     env.close()

@@ -134,7 +134,7 @@ def test_other_readers_read_states_and_video(tmp_path: Path) -> None:
         interpreter = str(tmp_path / "venv" / "bin" / "python")
         packages = ["datasets>=4,<5", "pandas", "av"]
         subprocess.run([interpreter, "-m", "pip", "install", "-q", *packages], check=True, timeout=900)
-    told = subprocess.run(
+    answer = subprocess.run(
         [interpreter, _READ, tmp_path / "dataset"],
         check=True,
         capture_output=True,
@@ -143,7 +143,7 @@ def test_other_readers_read_states_and_video(tmp_path: Path) -> None:
         env={**os.environ, "HF_HUB_OFFLINE": "1", "HF_HOME": str(tmp_path / "cache")},
     )
     info = _json(tmp_path / "dataset" / "meta" / "info.json")
-    found = json.loads(told.stdout.splitlines()[-1])
+    found = json.loads(answer.stdout.splitlines()[-1])
     assert found["frames"] == info["total_frames"]
     assert found["task"] == "clean the table"
     assert found["picture"] == [3, 240, 320]

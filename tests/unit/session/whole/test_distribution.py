@@ -63,7 +63,7 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (wheel,) = folder.glob("*.whl")
     subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True, timeout=120)
     python = folder / "venv" / "bin" / "python"
-    install = [python, "-m", "pip", "--quiet", "install", "--no-deps", "--no-index", wheel]
+    install = [str(python), "-m", "pip", "--quiet", "install", "--no-deps", "--no-index", str(wheel)]
     subprocess.run(install, check=True, timeout=120)
     (site,) = (folder / "venv" / "lib").glob("python*/site-packages")
     (site / "aeros.pth").write_text(f"{ROOT}\n{sysconfig.get_path('purelib')}\n")
@@ -99,10 +99,10 @@ def test_a_run_uses_its_module_on_its_plant(environment: Path, tmp_path: Path) -
 
 @pytest.mark.deep
 def test_its_robot_moves_in_its_scene(environment: Path) -> None:
-    told = subprocess.run(
+    answer = subprocess.run(
         [environment, _KIT / "use.py"], capture_output=True, text=True, timeout=120, check=True
     )
-    found = json.loads(told.stdout)
+    found = json.loads(answer.stdout)
     assert found["robot"] == "kit_arm"
     assert found["bodies"] == ["shelf"]
     assert found["completed"] == [True]
