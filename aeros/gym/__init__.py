@@ -6,7 +6,7 @@
     env = gymnasium.make("aeros/MakeTea-v0", plant="mujoco")
 
 A module `make_tea` in the folder `ecms` of the working folder is `aeros/MakeTea-v0`; without that folder,
-the modules of a checkout of AEROS count.  `register_modules` registers those of another folder.  An action
+the modules that come with AEROS count.  `register_modules` registers those of another folder.  An action
 chooses a skill, which runs to its end, every action of it decided by the gate.  `docs/how-to/gym.md` has the
 spaces, the reward and the keys of `info`.
 """
@@ -25,14 +25,14 @@ except ImportError as error:
     ) from error
 
 from aeros.gym.environment import TaskEnvironment
-from aeros.spec.text.discovery import MANIFEST
+from aeros.spec.text.discovery import MANIFEST, reference_modules_path
 
 __all__ = ["MAX_EPISODE_STEPS", "TaskEnvironment", "register_modules"]
 
 MAX_EPISODE_STEPS: Final = 50
 """Skills that an episode has at most; the rules of the shipped tasks need 3 to 7 without faults."""
 
-_FOLDER: Final = "ecms"
+_OWN: Final = Path("ecms")
 
 
 def register_modules(folder: str | PathLike[str]) -> list[str]:
@@ -64,5 +64,4 @@ def register_modules(folder: str | PathLike[str]) -> list[str]:
     return found
 
 
-_at_hand = (Path(_FOLDER), Path(__file__).parents[2] / _FOLDER)
-register_modules(next((one for one in _at_hand if one.is_dir()), _at_hand[0]))
+register_modules(_OWN if _OWN.is_dir() else reference_modules_path())
