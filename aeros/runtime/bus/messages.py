@@ -15,7 +15,7 @@ Int32 = Annotated[int, Meta(ge=-(2**31), lt=2**31)]
 Uint8 = Annotated[int, Meta(ge=0, lt=2**8)]
 Uint32 = Annotated[int, Meta(ge=0, lt=2**32)]
 Uint64 = Annotated[int, Meta(ge=0)]
-Octet = Annotated[int, Meta(ge=0, lt=2**8)]
+Octet = Annotated[int, Meta(ge=0, lt=2**8, title="byte")]
 Nanoseconds = Annotated[int, Meta(ge=0, lt=10**9)]
 
 _NANO: Final = 10**9

@@ -54,7 +54,7 @@ def test_a_recording_has_every_transform_on_one_topic(site: Site) -> None:
     chain = ChainPublisher(bus, governed(site, "move"), is_live=False)
     chain.publish({"joint_angle": Reading((0.5,), 1.0)}, PLAN.body, (0.0, 0.0, 0.0))
     assert children(moving.receive()) == ["base", "shoulder_link", "tool"]
-    assert set(bus.names()) == {"/tf"}
+    assert set(bus.names()) == {"/tf", "/robot_description"}
 
 
 @pytest.mark.parametrize("body", [None, PLAN.body])

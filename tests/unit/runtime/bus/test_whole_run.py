@@ -22,7 +22,7 @@ from aeros.runtime.bus.messages import (
     TFMessage,
 )
 from aeros.runtime.bus.port import Bus, Subscription
-from tests.unit.runtime.bus.running import wipe_the_table
+from tests.unit.runtime.running_bus import wipe_the_table
 
 _M = TypeVar("_M", bound=Message)
 _ALL = 100_000
