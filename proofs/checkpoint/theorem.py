@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any, Final
 
 from aeros.agent.execution.after_failure import FailureRules
+from aeros.agent.execution.cancellable_wait import CancellableWait
 from aeros.agent.execution.provider_choice import ProviderChoice
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.runtime.ports import AuditEvent, EndedStep, LogHead, StepRequest, StepResult, StepStatus
@@ -213,6 +214,7 @@ def _stubbed_attempts(do: PerformStep, modules: Any, world: Any) -> Any:
         active_modules=lambda: {"m": _ECM},
         site=site,
     )
+    one.waiting = CancellableWait(one._runtime)  # nobody cancels
     one._journal = SimpleNamespace(record=lambda *_, **__: None, record_step=lambda *_, **__: None)
     one._memory = SimpleNamespace(start_episode=lambda _: 1)
     one._world, one._task, one._failures = world, "task", []
