@@ -422,7 +422,7 @@ def _noticed(group: str, first: str = "") -> bool:
     """Check that some case of `group` is not judged as its header says; cases of the code `first` lead."""
     cases = [case_at(path) for path in CASES if group in path.parts]
     for case in sorted(cases, key=lambda one: first not in one.codes):
-        _, path, _, site, _ = case.arguments
+        _, _, path, _, site, _ = case.arguments
         report = verify([Path(path)], Path(site))
         found = {one.code for subject in report.subjects for one in subject.diagnostics}
         if found != case.codes:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
 from aeros.runtime.bus.messages import TriggerRequest, TriggerResponse
 from aeros.runtime.bus.port import Requester, ServingBus
 from aeros.runtime.execution.governor import OperatorCommand
-from aeros.runtime.registry.control_page import MotionTimeoutError, request_command
+from aeros.runtime.registry.control_page import (
+    CommandStandsError,
+    MotionTimeoutError,
+    request_command,
+)
 
 TRIGGER: Final = (TriggerRequest, TriggerResponse)
 
@@ -26,7 +30,7 @@ RecordRequest = Callable[[str, Mapping[str, Any]], object]
 
 
 class OperatorRequests:
-    """Operator's commands that arrive on a bus; each is recorded with its requesters before it is given.
+    """Operator's commands that arrive on a bus; each is recorded with its requesters.
 
     Requests that arrive before the audit log is open are recorded once it is. Thread-safe.
 
@@ -57,21 +61,38 @@ class OperatorRequests:
         with self._lock:
             self._record = None
 
-    def request(self, command: OperatorCommand, service: str, requesters: Sequence[Requester]) -> str | None:
+    def request(
+        self, command: OperatorCommand, service: str, requesters: Callable[[], Sequence[Requester]]
+    ) -> str | None:
         """Give a command and wait until it has taken effect.
+
+        A resume is recorded before it is given, and refused if it cannot be. A pause and a stop are given
+        first: nothing that goes wrong in a record keeps motion from stopping.
 
         Args:
             command: the command.
             service: name of the service that was called.
-            requesters: nodes that may have called it; nothing is recorded if there are none.
+            requesters: returns the nodes that may have called it.
 
         Returns:
             None; or the reason if it has not taken effect.
         """
-        if requesters:
-            self._note(command, service, requesters)
+        if command is not OperatorCommand.RUN:
+            failure = self._give(command)
+            with suppress(Exception):  # a log that cannot be written ends the run by itself
+                self._note(command, service, requesters())
+            return failure
         try:
-            request_command(self._folder, command)
+            self._note(command, service, requesters())
+        except Exception as error:
+            return f"it cannot be recorded: {error}"
+        return self._give(command)
+
+    def _give(self, command: OperatorCommand) -> str | None:
+        try:
+            request_command(self._folder, command, is_of_peer=True)
+        except CommandStandsError as standing:
+            return f"{standing}: `aeros resume` at the robot lifts it"
         except MotionTimeoutError as late:
             return f"still moving {late}; use the robot's emergency stop"
         except OSError as failure:
@@ -117,7 +138,7 @@ def _command_handler(
     bus: ServingBus, name: str, requests: OperatorRequests, command: OperatorCommand, done: str
 ) -> Callable[[TriggerRequest], TriggerResponse]:
     def answer(request: TriggerRequest) -> TriggerResponse:
-        failure = requests.request(command, name, bus.requesters(name))
+        failure = requests.request(command, name, lambda: bus.requesters(name))
         return TriggerResponse(failure is None, failure or done)
 
     return answer

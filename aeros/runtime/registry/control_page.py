@@ -22,13 +22,17 @@ from typing import Final, Self
 from aeros.files import make_folder, try_lock
 from aeros.runtime.execution.governor import OperatorCommand
 
-_PAGE: Final = struct.Struct("<QQ")  # generation, command
+_PAGE: Final = struct.Struct("<QQQ")  # generation, command, command of peers
 _POLL_INTERVAL_S: Final = 0.002  # s, while waiting for actions to end
 _WAIT_TIMEOUT_S: Final = 10.0  # s, for a protective stop or the end of an action
 
 
 class MotionTimeoutError(Exception):
     """Actions of the old configuration did not end in time."""
+
+
+class CommandStandsError(Exception):
+    """A command of the robot's own terminals stands, above that of a peer."""
 
 
 class ControlPage:
@@ -62,22 +66,34 @@ class ControlPage:
 
     @property
     def command(self) -> OperatorCommand:
-        """Latest command of the operator; a stop if it cannot be read, or the page was deleted."""
+        """Stricter one of the latest commands of the operator and of peers.
+
+        A stop if it cannot be read, or the page was deleted.
+        """
         # Nobody can reach a run through a page that was deleted with the state folder.
         if os.fstat(self._file).st_nlink == 0:
             return OperatorCommand.STOP
         try:
-            return OperatorCommand(int.from_bytes(self._page[8:16], "little"))
+            own, peers = self._page[8:16], self._page[16:24]
+            return OperatorCommand(max(int.from_bytes(own, "little"), int.from_bytes(peers, "little")))
         except ValueError:
             return OperatorCommand.STOP
 
-    def request_command(self, command: OperatorCommand) -> None:
+    def request_command(self, command: OperatorCommand, *, is_of_peer: bool = False) -> None:
         """Publish a command to executors.
+
+        A peer's pause and its end have a word of their own, so that no peer lifts a pause or a stop that was
+        given elsewhere. A peer's stop is the operator's.
 
         Args:
             command: the operator's command.
+            is_of_peer: the command comes from another program, such as a ROS 2 node.
         """
-        self._page[8:16] = command.value.to_bytes(8, "little")
+        word = command.value.to_bytes(8, "little")
+        if command is OperatorCommand.STOP or not is_of_peer:
+            self._page[8:16] = word
+        if command is OperatorCommand.RUN or is_of_peer:
+            self._page[16:24] = word
 
     @contextmanager
     def hold_generation(self, generation: int) -> Iterator[bool]:
@@ -145,7 +161,7 @@ class ControlPage:
         self.close()
 
 
-def request_command(folder: Path, command: OperatorCommand) -> None:
+def request_command(folder: Path, command: OperatorCommand, *, is_of_peer: bool = False) -> None:
     """Send a command to the executors of a registry and wait until it takes effect.
 
     A pause or a stop has taken effect once no action is active.
@@ -153,12 +169,16 @@ def request_command(folder: Path, command: OperatorCommand) -> None:
     Args:
         folder: the registry's folder.
         command: the operator's command.
+        is_of_peer: the command comes from another program, such as a ROS 2 node.
 
     Raises:
         MotionTimeoutError: an action is still active after 10 s.
+        CommandStandsError: a peer lets actions start again, and a command from elsewhere stands.
     """
     with ControlPage(folder) as live:
-        live.request_command(command)
+        live.request_command(command, is_of_peer=is_of_peer)
+        if command is OperatorCommand.RUN and (standing := live.command) is not OperatorCommand.RUN:
+            raise CommandStandsError(f"a {standing.name.lower()} stands")
         if command is not OperatorCommand.RUN:
             # An action of an earlier generation may hold the lock of the next one.
             for generation in (live.generation, live.generation + 1):

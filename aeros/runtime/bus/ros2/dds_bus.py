@@ -59,7 +59,12 @@ class DdsBus:
         self._register(service, name)
 
         def respond(request: Any, _response: Any) -> Any:
-            return self._converter.to_ros(answer(self._converter.from_ros(request, kinds[0])))
+            try:
+                given = answer(self._converter.from_ros(request, kinds[0]))
+            except Exception as error:  # it would end the node's thread, and with it every other service
+                self._node.get_logger().error(f"{service}: {error}")
+                given = kinds[1]()
+            return self._converter.to_ros(given)
 
         group = MutuallyExclusiveCallbackGroup()
         served = self._node.create_service(

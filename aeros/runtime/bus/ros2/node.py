@@ -38,7 +38,7 @@ class Operator(NamedTuple):
     """
 
     current: Callable[[], OperatorCommand]
-    request: Callable[[OperatorCommand, str, Sequence[Requester]], str | None]
+    request: Callable[[OperatorCommand, str, Callable[[], Sequence[Requester]]], str | None]
 
 
 class RobotNode(LifecycleNode):
@@ -142,7 +142,7 @@ class RobotNode(LifecycleNode):
         if self._is_following:
             return self._result(is_allowed=True)
         service = f"{self.get_fully_qualified_name()}/change_state"
-        failure = self._operator.request(command, service, self.clients_of(service))
+        failure = self._operator.request(command, service, lambda: self.clients_of(service))
         if failure is not None:
             self.get_logger().error(failure)
         return self._result(is_allowed=failure is None)
@@ -198,11 +198,23 @@ def open_node(
         node = RobotNode(name, context, facts, operator)
         executor = MultiThreadedExecutor(num_threads=_THREADS, context=context)
         executor.add_node(node)
-        thread = threading.Thread(target=executor.spin, name="aeros-ros2")
+        is_closing = threading.Event()
+
+        def spin() -> None:
+            try:
+                executor.spin()
+            except Exception as error:
+                node.get_logger().error(f"the node answers no more: {error}")
+            # Nobody could stop the robot through a node that is deaf.
+            if not is_closing.is_set():
+                operator.request(OperatorCommand.STOP, node.get_fully_qualified_name(), tuple)
+
+        thread = threading.Thread(target=spin, name="aeros-ros2")
         thread.start()
         try:
             yield node
         finally:
+            is_closing.set()
             executor.shutdown(timeout_sec=_CLOSE_TIMEOUT_S)
             thread.join(_CLOSE_TIMEOUT_S)
             node.destroy_node()

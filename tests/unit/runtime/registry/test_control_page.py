@@ -11,7 +11,12 @@ import pytest
 
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry import control_page
-from aeros.runtime.registry.control_page import ControlPage, MotionTimeoutError, request_command
+from aeros.runtime.registry.control_page import (
+    CommandStandsError,
+    ControlPage,
+    MotionTimeoutError,
+    request_command,
+)
 
 
 def test_a_new_page_is_of_generation_0_and_lets_actions_run(tmp_path: Path) -> None:
@@ -19,7 +24,7 @@ def test_a_new_page_is_of_generation_0_and_lets_actions_run(tmp_path: Path) -> N
         assert (page.generation, page.command) == (0, OperatorCommand.RUN)
     names = {path.name: path for path in (tmp_path / "robot" / "registry").iterdir()}
     assert sorted(names) == ["live", "motion-0.lock", "motion-1.lock"]
-    assert names["live"].stat().st_size == 16
+    assert names["live"].stat().st_size == 24
     for path in names.values():
         assert stat.S_IMODE(path.stat().st_mode) == 0o600
     assert stat.S_IMODE((tmp_path / "robot" / "registry").stat().st_mode) == 0o700
@@ -41,6 +46,36 @@ def test_messages_of_one_process_are_read_by_the_others(tmp_path: Path, generati
         assert (one.generation, one.command) == (generation, OperatorCommand.RUN)
     with ControlPage(tmp_path) as later:
         assert later.generation == generation
+
+
+def test_a_peer_lifts_its_own_pause_and_nothing_else(tmp_path: Path) -> None:
+    with ControlPage(tmp_path) as page:
+        for first, is_of_peer, stands in (
+            (OperatorCommand.PAUSE, True, False),
+            (OperatorCommand.PAUSE, False, True),
+            (OperatorCommand.STOP, True, True),
+            (OperatorCommand.STOP, False, True),
+        ):
+            request_command(tmp_path, first, is_of_peer=is_of_peer)
+            assert page.command is first
+            if stands:
+                with pytest.raises(CommandStandsError, match=f"a {first.name.lower()} stands"):
+                    request_command(tmp_path, OperatorCommand.RUN, is_of_peer=True)
+                assert page.command is first
+                request_command(tmp_path, OperatorCommand.PAUSE, is_of_peer=True)
+                assert page.command is first
+                request_command(tmp_path, OperatorCommand.RUN)
+            else:
+                request_command(tmp_path, OperatorCommand.RUN, is_of_peer=True)
+            assert page.command is OperatorCommand.RUN
+
+
+def test_a_page_of_an_older_version_keeps_its_command(tmp_path: Path) -> None:
+    (tmp_path / "live").write_bytes(bytes(8) + (2).to_bytes(8, "little"))
+    with ControlPage(tmp_path) as page:
+        assert page.command.name == "STOP"
+        page.request_command(OperatorCommand.RUN)
+        assert page.command.name == "RUN"
 
 
 def test_an_unreadable_command_is_a_stop(tmp_path: Path) -> None:
