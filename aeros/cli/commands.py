@@ -72,8 +72,7 @@ GROUPS: Final[dict[str, CommandGroup]] = {
             "run": CommandEntry("run.run", "run an instruction on a plant"),
             "demo": CommandEntry(
                 "project.demo",
-                "prove and run the modules that come with AEROS, on the best simulator here"
-                "prove the modules that come with AEROS, and run them on the best simulator here",
+                "prove and run the modules that come with AEROS, on the best simulator here",
             ),
             "tasks": CommandEntry(
                 "run.tasks", "list the tasks that can be asked for, or show how an instruction is understood"

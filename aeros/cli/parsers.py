@@ -8,13 +8,13 @@ import re
 import sys
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
-from pathlib import Path
-from typing import Final, NoReturn
+from typing import NoReturn
 
 import aeros
 from aeros.cli.commands import COMMANDS, GROUPS, MODULES_OF_SEVERAL
 from aeros.cli.help_text import all_commands, group_help, option_names, short_help, short_usage
-from aeros.cli.project_settings import ProjectSettings, find_settings
+from aeros.cli.project_settings import ProjectSettings
+from aeros.cli.setting_defaults import add_repeated, set_defaults, settings_for
 from aeros.exit_codes import Exit
 
 
@@ -101,57 +101,18 @@ def parse(given: Sequence[str]) -> argparse.Namespace:
     first = next((word for word in given if not word.startswith("-")), None)
     if first is not None and given[0] == first and first not in COMMANDS:
         parser.refuse(f"no command `{first}`{_intended(first, (*COMMANDS, 'help'))}")
-    settings = ProjectSettings() if command is None or first is None else _settings_of(first, command)
-    if command is not None:
-        _set_defaults(command, settings)
+    settings = ProjectSettings()
+    if command is not None and first is not None:
+        settings = settings_for(first, given, command)
+        set_defaults(command, settings)
     parsed, unknown = parser.parse_known_args(given)
-    # argparse would add what is given to the default of an option that may be repeated.
-    if "ecms" in settings.options and getattr(parsed, "ecms", ()) is None:
-        parsed.ecms = settings.options["ecms"]
-    parsed.from_settings = frozenset(
-        key for key, value in settings.options.items() if getattr(parsed, key, None) is value
-    )
+    add_repeated(parsed, settings)
     if unknown:
         known = [] if command is None else option_names(command)
         word = unknown[0]
         cure = _intended(word.partition("=")[0], known) if word.startswith("-") else ""
         (command or parser).refuse(f"unrecognized arguments: {' '.join(unknown)}{cure}")
     return parsed
-
-
-_OTHERS: Final = frozenset(("report", "film", "audit", "top", "experiment", "migrate", "check-plant"))
-"""Commands about a run that may be another project's, or about AEROS: settings give them the state alone."""
-
-
-def _settings_of(name: str, command: CommandParser) -> ProjectSettings:
-    """Read the settings of the project, as far as a command has arguments of theirs."""
-    names = ("state",) if name in _OTHERS else ("site", "ecms", "state", "plant", "paths")
-    if not any(_has(command, one) for one in names):
-        return ProjectSettings()
-    found = find_settings(Path.cwd())
-    return ProjectSettings(found.path, {key: one for key, one in found.options.items() if key in names})
-
-
-def _inner_parsers(command: argparse.ArgumentParser) -> Iterable[argparse.ArgumentParser]:
-    for action in command._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            yield from action.choices.values()
-
-
-def _has(command: argparse.ArgumentParser, dest: str) -> bool:
-    own = any(action.dest == dest for action in command._actions)
-    return own or any(_has(inner, dest) for inner in _inner_parsers(command))
-
-
-def _set_defaults(command: argparse.ArgumentParser, settings: ProjectSettings) -> None:
-    """Make settings the defaults of the arguments that are named so; what is given takes their place."""
-    own = {action.dest for action in command._actions}
-    defaults = {key: one for key, one in settings.options.items() if key in own and key != "ecms"}
-    if "paths" in own and "ecms" in settings.options:  # of `aeros verify`
-        defaults["paths"] = settings.options["ecms"]
-    command.set_defaults(**defaults)
-    for inner in _inner_parsers(command):
-        _set_defaults(inner, settings)
 
 
 def command_parser(name: str) -> CommandParser:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -30,16 +30,18 @@ class ProjectSettings:
     options: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
 
-def find_settings(folder: Path) -> ProjectSettings:
+def find_settings(folder: Path, names: Sequence[str] = ("site", "ecms", "state", "plant")) -> ProjectSettings:
     """Read the settings of the project that a folder belongs to.
 
     The nearest file counts, in the folder or above it, up to the root of a Git repository or the home folder.
 
     Args:
         folder: where the program was started.
+        names: settings that are wanted; the values of others are not looked at.
 
     Returns:
-        The settings; those of no file if there is none.
+        The settings; those of no file if there is none. Without a setting of its own, the state is in the
+        folder of the file, so that all folders of a project have one robot.
 
     Raises:
         UsageError: the file cannot be read or understood; names file, cause and cure.
@@ -50,7 +52,10 @@ def find_settings(folder: Path) -> ProjectSettings:
             path = place / name
             table = read_table(path, _read(path)) if path.is_file() else None
             if table is not None:
-                options = {key: _option(path, key, value) for key, value in table.items()}
+                for key in table:
+                    _require_known(path, key)
+                given = {"state": ".aeros", **table}
+                options = {key: _option(path, key, given[key]) for key in names if key in given}
                 return ProjectSettings(path, MappingProxyType(options))
         if (place / ".git").exists() or place == Path.home():
             break
@@ -80,11 +85,11 @@ def _tool_table(path: Path, table: Mapping[str, Any]) -> Mapping[str, Any] | Non
     return own
 
 
-def _option(path: Path, key: str, value: Any) -> Any:
-    """Check a setting, and turn it to what the parser makes of its option.
+def _require_known(path: Path, key: str) -> None:
+    """Refuse a setting of another name.
 
     Raises:
-        UsageError: it is unknown, or its value cannot be used.
+        UsageError: it is unknown.
     """
     if key not in _READERS:
         near = get_close_matches(key, _READERS, 1, 0.6)
@@ -94,6 +99,14 @@ def _option(path: Path, key: str, value: Any) -> Any:
             else f"settings are {', '.join(f'`{one}`' for one in _READERS)}"
         )
         raise UsageError(f"{_place(path, key)}: `{key}` is no setting; {cure}")
+
+
+def _option(path: Path, key: str, value: Any) -> Any:
+    """Check a setting, and turn it to what the parser makes of its option.
+
+    Raises:
+        UsageError: its value cannot be used.
+    """
     try:
         return _READERS[key](path.parent, value)
     except ValueError as error:
@@ -109,8 +122,8 @@ def _place(path: Path, key: str) -> str:
 
 
 def _text(_: Path, value: Any) -> str:
-    if not isinstance(value, str) or not value:
-        raise ValueError("expected text")
+    if not isinstance(value, str) or not value or not value.isprintable():
+        raise ValueError("expected text on one line")
     return value
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 import time
 from contextlib import AbstractContextManager, nullcontext
+from importlib.util import find_spec
 
 from aeros import __version__
 from aeros.apps.ros2.robot_bus import RobotBus, open_robot_bus
+from aeros.distribution import install_command
 from aeros.exit_codes import UsageError
 from aeros.runtime.bus.names import check_ros_name
 from aeros.runtime.bus.ros2.topic_sensors import SAMPLERS, TopicSensor
@@ -45,6 +47,25 @@ def add_ros2_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def require_ros2_options(arguments: argparse.Namespace) -> None:
+    """Check the options before anything begins.
+
+    Args:
+        arguments: Parsed options.
+
+    Raises:
+        UsageError: `--ros-args` or `--topic-sensor` is given without `--ros2`, or there is no rclpy.
+    """
+    if not arguments.ros2:
+        for option in ("ros_args", "topic_sensor"):
+            if getattr(arguments, option):
+                raise UsageError(f"--{option.replace('_', '-')} needs --ros2")
+    elif find_spec("rclpy") is None:
+        raise UsageError(
+            "--ros2 needs rclpy: source your ROS 2 distribution, or, to try it, " + install_command("ros2")
+        )
+
+
 def open_peers(
     arguments: argparse.Namespace, configuration: Configuration
 ) -> AbstractContextManager[RobotBus | None]:
@@ -58,12 +79,10 @@ def open_peers(
         A context manager of the robot's bus, or of None.
 
     Raises:
-        UsageError: `--ros-args` is given without `--ros2`.
+        UsageError: a sensor on a topic is malformed.
     """
+    require_ros2_options(arguments)
     if not arguments.ros2:
-        for option in ("ros_args", "topic_sensor"):
-            if getattr(arguments, option):
-                raise UsageError(f"--{option.replace('_', '-')} needs --ros2")
         return nullcontext()
     site = configuration.site
     facts = {

@@ -18,7 +18,7 @@ from aeros.spec.migrations.formats import RUN
 _RUN_FILE: Final = "run.json"
 _PLANT_EXIT_TIMEOUT_S: Final = 60.0  # s
 _NOT_SAVED_OPTIONS: Final = (
-    *("command", "resume", "watchdog", "serve_plant", "supervised"),
+    *("command", "from_settings", "resume", "watchdog", "serve_plant", "supervised"),
     *("max_crashes", "crash_window", "heartbeat_timeout"),
 )
 _REQUIRED_OPTIONS: Final = ("instruction", "state", "out")

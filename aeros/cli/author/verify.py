@@ -147,7 +147,9 @@ def _watch(arguments: argparse.Namespace) -> Exit:
     """Verify again whenever a file changes, until Ctrl-C."""
     from aeros.cli.author.watch import take_snapshot, wait_for_change  # most runs do not need it
 
-    watched = [*arguments.paths, *([] if arguments.site is None else [arguments.site])]
+    # A site may be an overlay on others, which are beside it.
+    sites = [] if arguments.site is None else sorted(arguments.site.parent.glob("*.yaml"))
+    watched = [*arguments.paths, *sites]
     known = take_snapshot(watched)
     try:
         while True:

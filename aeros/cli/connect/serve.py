@@ -25,7 +25,7 @@ from aeros.cli.arguments import (
 from aeros.cli.latest_run import save_latest_run
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import add_plant_argument
-from aeros.cli.ros2_options import add_ros2_options, open_peers
+from aeros.cli.ros2_options import add_ros2_options, open_peers, require_ros2_options
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import private_umask
@@ -95,6 +95,7 @@ def add_to(commands: Subparsers) -> None:
 def _command(arguments: argparse.Namespace) -> Exit:
     if not arguments.ros2:
         raise UsageError("give --ros2: nobody could ask for anything without it")
+    require_ros2_options(arguments)
     require_signing_options(arguments)
     with private_umask():
         return _serve(arguments)

@@ -11,7 +11,7 @@ from aeros.cli.arguments import add_command
 from aeros.cli.plant_argument import best_plant
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
-from aeros.spec.text.discovery import reference_modules_path
+from aeros.spec.text.discovery import reference_modules_path, reference_site_path
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -50,11 +50,12 @@ def _command(arguments: argparse.Namespace) -> Exit:
     from aeros.cli.main import main  # which imports this module
 
     modules = str(reference_modules_path())
-    run = ["run", arguments.instruction, "--ecms", modules, "--plant", best_plant()]
+    site = ["--site", str(reference_site_path())]
+    run = ["run", arguments.instruction, "--ecms", modules, *site, "--plant", best_plant()]
     run += ["--state", str(arguments.state)]
     run += [] if arguments.out is None else ["--out", str(arguments.out)]
     code = 0
-    for words in (["verify", modules, "--no-lock"], run):
+    for words in (["verify", modules, *site, "--no-lock"], run):
         print_line(f"$ aeros {shlex.join(words)}")
         code = main(words)
         print()

@@ -32,7 +32,7 @@ class RunDataset(NamedTuple):
 
     def add(
         self, run: Path, arguments: argparse.Namespace, drawn: Mapping[str, object], *, is_success: bool
-    ) -> None:
+    ) -> bool:
         """Add the run as an episode, and print a line about it.
 
         Args:
@@ -40,6 +40,9 @@ class RunDataset(NamedTuple):
             arguments: Parsed options of `aeros run`.
             drawn: What was drawn for the scene, by name; empty unless it is randomised.
             is_success: True if the goal was reached, by truth where there is one.
+
+        Returns:
+            False if it could not be written.
         """
         self.recorder.finish()
         data = read_run_data(run)
@@ -57,8 +60,9 @@ class RunDataset(NamedTuple):
             self.writer.add(episode, run)
         except DatasetError as error:
             print(f"aeros: {error}", file=sys.stderr)
-            return
+            return False
         print_line(f"dataset    {self.folder}/, episode {number} of {len(frames)} frames")
+        return True
 
 
 def open_run_dataset(

@@ -33,7 +33,7 @@ from aeros.cli.arguments import (
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import add_plant_argument
 from aeros.cli.records.dataset import open_run_dataset
-from aeros.cli.ros2_options import add_ros2_options
+from aeros.cli.ros2_options import add_ros2_options, require_ros2_options
 from aeros.cli.run.planners import LLM_KEY, build_planner
 from aeros.cli.run.reading import find_meaning
 from aeros.cli.run.run_plant import (
@@ -147,7 +147,7 @@ def add_to(commands: Subparsers) -> None:
     add_module_folders(
         parser,
         "the modules to load, with those that they require and that lie next to them (default: those "
-        "that are active on this robot; `ecms` if none was ever installed)",
+        "that are active on this robot; without a robot `ecms`, or else those that come with AEROS)",
     )
     add_module_settings(parser)
     parser.add_argument(
@@ -330,6 +330,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if is_going_on != (arguments.instruction is None):
         raise UsageError("give an instruction or --task NAME, or --resume without either")
     require_signing_options(arguments)
+    require_ros2_options(arguments)
+    if arguments.resume:
+        for option in ("ros2", "live", "dataset", "bag", "mcap", "film"):
+            if getattr(arguments, option):
+                raise UsageError(f"--resume goes on with the options of the run: leave out --{option}")
     with private_umask():
         return _run(arguments, is_going_on=is_going_on)
 

@@ -136,7 +136,8 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
     if request.dataset is not None:
         is_true = None if judgement is None else judgement.true
         is_success = report.reached if is_true is None else is_true
-        request.dataset.add(staged.out, arguments, staged.extras.drawn, is_success=is_success)
+        if not request.dataset.add(staged.out, arguments, staged.extras.drawn, is_success=is_success):
+            code = Exit.REJECTED
     # Last of all, and by the supervisor if there is one: until then another process can report the end.
     if is_over and not arguments.supervised:
         delete_run_options(arguments.state)

@@ -32,7 +32,7 @@ def test_the_nearest_file_counts_up_to_the_root_of_the_repository(project: Path)
     (project / "a" / "pyproject.toml").write_text('[project]\nname = "x"')
     assert find_settings(deep).path == project / "aeros.toml"
     (project / "a" / "pyproject.toml").write_text('[tool.aeros]\nplant = "symbolic"')
-    assert find_settings(deep).options == {"plant": "symbolic"}
+    assert find_settings(deep).options == {"plant": "symbolic", "state": Path("a/.aeros")}
     (project.parent / "aeros.toml").unlink()
 
 
@@ -75,6 +75,7 @@ def test_an_unknown_setting_is_refused_at_its_line_by_commands_that_have_options
         ("ecms = []", "expected at least one path"),
         ('ecms = ["absent"]', "absent` does not exist"),
         ("state = ''", "expected text"),
+        ('state = "a\\u0000b"', "expected text on one line"),
         ("xyzzy = 1", "`xyzzy` is no setting; settings are `site`, `ecms`, `state`, `plant`"),
         ("site = ", "is not TOML: "),
     ],

@@ -112,7 +112,8 @@ def _new_ci(arguments: argparse.Namespace) -> Exit:
     settings = find_settings(folder)
     modules = arguments.modules or ([] if "ecms" in settings.options else [folder])
     tests = [_relative(path, folder) for path in arguments.tests]
-    site = None if arguments.site is None else _relative(arguments.site, folder)
+    is_given = arguments.site is not None and "site" not in arguments.from_settings
+    site = _relative(arguments.site, folder) if is_given else None
     given = [_relative(path, folder) for path in modules]
     files = _ci_files(given, site, tests)
     return _create(folder, files, (f"git add {_WORKFLOW} {_HOOK}", "pre-commit install"))
@@ -197,6 +198,8 @@ def _create(folder: Path, files: Mapping[str, str], steps: Sequence[str]) -> Exi
         return Exit.REJECTED
     for path in files:
         print_line(str(folder / path))
+    if "/OWNER/" in distribution.repository() and any(".github" in path for path in files):
+        print(f"\n{distribution.repository()} is a placeholder: put the repository of AEROS in its place")
     print("\nnext:")
     for step in steps:
         print_line(f"  {step}")

@@ -18,6 +18,7 @@ from aeros.apps.watchdog.resumable_run import (
     load_run_options,
     save_run_options,
 )
+from aeros.cli.parsers import parse
 from aeros.sim.kinematic.plant import make_plant
 from aeros.spec.migrations.formats import RUN
 from tests.shipped_scenes import shipped_scene
@@ -134,3 +135,10 @@ def test_the_end_of_a_plant_is_waited_for(tmp_path: Path) -> None:
     waiting.join(20.0)
     assert order == ["film written", "waited"]
     assert json.loads((tmp_path / "plant" / "agent.lock").read_text() or "{}") == {}
+
+
+def test_the_options_of_the_command_line_are_saved_and_come_back(tmp_path: Path) -> None:
+    given = parse(["run", "make tea", "--state", str(tmp_path), "--out", "out", "--watchdog", "--seed", "3"])
+    save_run_options(given)
+    restored = load_run_options(parse(["run", "--resume", "--state", str(tmp_path)]))
+    assert (restored.instruction, restored.seed, restored.out.name) == ("make tea", 3, "out")

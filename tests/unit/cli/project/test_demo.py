@@ -27,6 +27,15 @@ def test_it_proves_and_runs_and_shows_both_commands(capsys: pytest.CaptureFixtur
     assert (Path("out") / "audit.jsonl").exists()
 
 
+def test_the_settings_of_a_project_are_not_its(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["new", "project", "cell", "--parent", "."]) == Exit.SUCCESS
+    (Path("cell") / "aeros.toml").rename("aeros.toml")
+    (Path("cell") / "cell.yaml").rename("cell.yaml")
+    (Path("cell") / "modules").rename("modules")
+    assert main(["demo", "clean the table", "--out", "out"]) == Exit.SUCCESS
+    assert "panda_cell" in capsys.readouterr().out
+
+
 def test_a_failure_ends_it_with_that_code(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["demo", "clean the moon"]) == Exit.REJECTED
     assert "does not know `moon`" in capsys.readouterr().err
