@@ -33,7 +33,11 @@ class FilmSpan(NamedTuple):
     speed: float
 
     def comment(self) -> str:
-        """Return the comment of the film's file."""
+        """Write the part as a comment.
+
+        Returns:
+            The comment of the film's file.
+        """
         return json.dumps({"aeros_film": {name: float(one) for name, one in self._asdict().items()}})
 
 
