@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Final, NamedTuple
 from urllib.parse import quote
 
+from aeros.sim.film.film_span import FilmSpan, read_film_span
+
 FILM_NAMES: Final = ("film.mp4", "film.webp", "film.gif")
 """Names of the film in the folder of a run, in the order in which a page looks for one."""
 
@@ -29,6 +31,13 @@ class FilmFile(NamedTuple):
 
     name: str
     content: bytes | None
+
+    @property
+    def span(self) -> FilmSpan | None:
+        """The part of the run that it shows; None if the page cannot set it to a time of the run."""
+        if self.content is None or not _type(self.name).startswith("video"):
+            return None
+        return read_film_span(self.content)
 
 
 def find_film(folder: Path, page: Path, names: Sequence[str] = FILM_NAMES) -> FilmFile | None:
@@ -65,8 +74,20 @@ def film_element(film: FilmFile) -> str:
     if film.content is None:
         place = "in another folder than" if "/" in film.name else "beside"
         return f'<p><a href="{quote(film.name)}">{escape(film.name)}</a>, which lies {place} this page.</p>'
-    kind = _TYPES[Path(film.name).suffix]
+    kind = _type(film.name)
     source = f"data:{kind};base64,{base64.b64encode(film.content).decode()}"
     if kind.startswith("video"):
-        return f'<video controls muted loop src="{source}"></video>'
+        span = film.span
+        if span is None:
+            return f'<video controls muted loop src="{source}"></video>'
+        times = f'data-start="{span.start}" data-end="{span.end}" data-speed="{span.speed}"'
+        return (
+            f'<video id="film" {times} controls muted loop src="{source}"></video>\n'
+            "<p>A click on a time, on a mark or a step of the timeline, or Enter on it, sets the film there. "
+            "A line on the timeline follows the film.</p>"
+        )
     return f'<img class="film" alt="film of the run" src="{source}">'
+
+
+def _type(name: str) -> str:
+    return _TYPES[Path(name).suffix]

@@ -1,7 +1,7 @@
 """The report page: one HTML file without external resources.
 
 Texts from modules, planners and sites are escaped here and nowhere else.  The page's content security policy
-allows a single script by its digest, which filters the table of decisions.
+allows a single script by its digest (`scripts`).
 """
 
 from __future__ import annotations
@@ -18,10 +18,12 @@ from typing import Any
 import aeros
 from aeros.apps.drawings.drawing import svg
 from aeros.apps.report_page.film_element import FilmFile, film_element
+from aeros.apps.report_page.film_link import FilmLink
 from aeros.apps.report_page.plots import COLOURS, Mark, collect_marks, plot, timeline
 from aeros.apps.report_page.rows import DecisionRow, group_decisions
 from aeros.apps.report_page.run_data import RunData, shortened
 from aeros.apps.report_page.run_diagrams import plan_diagram, run_diagram
+from aeros.apps.report_page.scripts import FILM, FILTER
 from aeros.apps.report_page.series import Series, build_series
 from aeros.spec.diagnostics.codes import CODES
 from aeros.spec.diagnostics.grammar import counted
@@ -35,18 +37,8 @@ table{border-collapse:collapse}td,th{text-align:left;vertical-align:top;padding:
 .wide td{border-top:1px solid #eee}.bad{color:#c62828;font-weight:bold}.good{color:#2e7d32}
 code,.n{font-family:monospace;overflow-wrap:anywhere}svg{max-width:100%;height:auto;display:block}
 .key{display:inline-block;width:1em;height:.8em;margin:0 .3em 0 1em}.quiet{color:#666}
-form label{margin-right:1em}[hidden]{display:none}
-"""
-
-_SCRIPT = """\
-const form=document.getElementById("filter"),rows=[...document.querySelectorAll("#decisions tbody tr")];
-function show(){const on=new Set([...form.querySelectorAll("input:checked")].map(one=>one.value));
-const skill=form.elements.skill.value,words=form.elements.words.value.toLowerCase();let count=0;
-for(const row of rows){row.hidden=!(on.has(row.dataset.verdict)&&(!skill||row.dataset.skill===skill)
-&&row.textContent.toLowerCase().includes(words));count+=row.hidden?0:Number(row.dataset.count)}
-document.getElementById("shown").textContent=count+" decisions shown"}
-form.addEventListener("input",show);form.addEventListener("submit",event=>event.preventDefault());
-form.hidden=false;show();
+form label{margin-right:1em}[hidden]{display:none}[role=button]{cursor:pointer}
+span[role=button]{color:#1565c0;text-decoration:underline}
 """
 
 _MAX_PLANS = 60
@@ -69,6 +61,7 @@ def page_of(
     Returns:
         An HTML document.
     """
+    link = FilmLink(None if film is None else film.span)
     marks = collect_marks(run)
     series = build_series(run, sites)
     sections = [
@@ -76,13 +69,14 @@ def page_of(
         *([] if film is None else [("Film", [film_element(film)])]),
         ("Task graph", _plans(run)),
         ("Skill sequence", [svg(run_diagram(run))]),
-        ("Timeline", [timeline(run, marks), _legend(), *_marks(marks)]),
-        ("Stops", _stops(run)),
+        ("Timeline", [timeline(run, marks, link), _legend(), *_marks(marks, link)]),
+        ("Stops", _stops(run, link)),
         ("Distances, speeds and forces against their bounds", _plots(run, series, sites, marks)),
-        ("Decisions", _decisions(run)),
+        ("Decisions", _decisions(run, link)),
         ("Configuration", _configuration(run)),
     ]
-    digest = base64.b64encode(hashlib.sha256(_SCRIPT.encode()).digest()).decode()
+    script = FILTER if link.span is None else FILTER + FILM
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'"
     if film is not None:
         policy += "; media-src data:; img-src data:"
@@ -94,7 +88,7 @@ def page_of(
             f"<title>{title}</title><style>{_STYLE}</style></head><body><h1>{title}</h1>",
             *(f"<h2>{heading}</h2>\n" + "\n".join(parts) for heading, parts in sections),
             f'<p class="quiet">Made by aeros {aeros.__version__} from the files of the run.</p>',
-            f"<script>{_SCRIPT}</script></body></html>",
+            f"<script>{script}</script></body></html>",
             "",
         ]
     )
@@ -178,19 +172,23 @@ def _legend() -> str:
     return f"<p>{''.join(keys)}</p>"
 
 
-def _marks(marks: Sequence[Mark]) -> Iterator[str]:
+def _marks(marks: Sequence[Mark], link: FilmLink) -> Iterator[str]:
     if marks:
-        rows = [(f"{one.time:.2f} s", one.category, _text(one.text)) for one in marks[:_MAX_MARKS]]
+        rows = [
+            (link.text(one.time, f"{one.time:.2f} s"), one.category, _text(one.text))
+            for one in marks[:_MAX_MARKS]
+        ]
         more = f" of which the first {_MAX_MARKS} are listed" if len(marks) > _MAX_MARKS else ""
         yield f"<details open><summary>{counted(len(marks), 'mark')}{more}</summary>{_table(rows)}</details>"
 
 
-def _stops(left: RunData) -> Iterator[str]:
+def _stops(left: RunData, link: FilmLink) -> Iterator[str]:
     if not left.stops:
         yield "<p>The robot was never stopped.</p>"
         return
     shown = left.stops[:_MAX_MARKS]
-    yield _table([(f"{time:.2f} s", _text(text)) for time, text in shown], ("began", "how it went"), "wide")
+    rows = [(link.text(time, f"{time:.2f} s"), _text(text)) for time, text in shown]
+    yield _table(rows, ("began", "how it went"), "wide")
     if len(left.stops) > _MAX_MARKS:
         yield f"<p>… and {len(left.stops) - _MAX_MARKS} more</p>"
 
@@ -237,7 +235,7 @@ def _plots(left: RunData, series: Series, sites: Mapping[str, Site], marks: Sequ
 # Decisions
 
 
-def _decisions(left: RunData) -> Iterator[str]:
+def _decisions(left: RunData, link: FilmLink) -> Iterator[str]:
     rows, left_out = group_decisions(left.decisions)
     skills = sorted({row.first.skill for row in rows})
     options = "".join(f'<option value="{_text(one)}">{_text(one)}</option>' for one in skills)
@@ -256,18 +254,18 @@ def _decisions(left: RunData) -> Iterator[str]:
     head = ("records", "time", "verdict", "skill", "action", "why")
     heads = "".join(f"<th>{one}</th>" for one in head)
     yield f'<table id="decisions" class="wide"><thead><tr>{heads}</tr></thead><tbody>'
-    yield from map(_row, rows)
+    yield from (_row(row, link) for row in rows)
     yield "</tbody></table>"
 
 
-def _row(row: DecisionRow) -> str:
+def _row(row: DecisionRow, link: FilmLink) -> str:
     one, last = row.first, row.last
     records = f"{one.sequence}" + (f"–{last.sequence}" if row.count > 1 else "")
     times = f"{one.time:.2f}" + (f"–{last.time:.2f} s" if row.count > 1 else " s")
     again = f"{row.count} × " if row.count > 1 else ""
     cells = (
         records,
-        times,
+        link.text(one.time, times),
         f"{again}{_text(one.decision)}",
         _text(one.skill),
         f"<code>{_text(one.kind)}({_arguments(one.requested)})</code>" + (" …" if row.count > 1 else ""),

@@ -8,6 +8,7 @@ from itertools import pairwise
 from math import floor, log10
 from typing import Final, NamedTuple
 
+from aeros.apps.report_page.film_link import NO_FILM, FilmLink
 from aeros.apps.report_page.run_data import RunData, SkillExecution, shortened
 from aeros.apps.report_page.series import Limit, PlottedQuantity
 
@@ -82,12 +83,13 @@ def category_of(run: SkillExecution) -> str:
     return "failed" if run.failed else "succeeded"
 
 
-def timeline(left: RunData, marks: Sequence[Mark]) -> str:
+def timeline(left: RunData, marks: Sequence[Mark], link: FilmLink = NO_FILM) -> str:
     """Draw a lane of marks and a lane of bars for each skill.
 
     Args:
         left: Data of the run.
         marks: Marks to draw.
+        link: Links the marks and the starts of the bars to the film; a cursor follows the film.
 
     Returns:
         An SVG element.
@@ -106,9 +108,16 @@ def timeline(left: RunData, marks: Sequence[Mark]) -> str:
         )
         parts.append(
             f'<rect x="{x:.1f}" y="{top:.0f}" width="{max(axis.x(end) - x, 1.5):.1f}" height="{_LANE - 6}"'
-            f' rx="2" fill="{COLOURS[category_of(run)]}">{_title(tooltip)}</rect>'
+            f' rx="2" fill="{COLOURS[category_of(run)]}"{link.attribute(run.start_time)}>'
+            f"{_title(tooltip)}</rect>"
         )
-    parts += _mark_lines(marks, axis, _LANE)
+    parts += _mark_lines(marks, axis, _LANE, link)
+    if link.span is not None:
+        parts.append(
+            f'<path id="cursor" display="none" data-left="{_LEFT}" data-width="{_WIDTH}"'
+            f' data-end="{max(left.ends_at, 1e-9)}" d="M0 0V{height:.0f}" stroke="#222" stroke-width="1.5"'
+            ' pointer-events="none"/>'
+        )
     return _svg(height + _FOOT, "timeline of steps", parts)
 
 
@@ -231,11 +240,17 @@ def _bars(axis: _TimeAxis, y: _YAxis, limits: Sequence[Limit], unit: str) -> Ite
             )
 
 
-def _mark_lines(marks: Sequence[Mark], axis: _TimeAxis, height: float) -> Iterator[str]:
+def _mark_lines(
+    marks: Sequence[Mark], axis: _TimeAxis, height: float, link: FilmLink = NO_FILM
+) -> Iterator[str]:
     for mark in marks[:_MAX_MARKS]:
+        seek = link.attribute(mark.time)
+        line = f'<path d="M{axis.x(mark.time):.1f} 0V{height:.0f}"'
+        # A click hits an invisible wider line.
+        target = f'{line} stroke="#000" stroke-opacity="0" stroke-width="8"/>' if seek else ""
         yield (
-            f'<path d="M{axis.x(mark.time):.1f} 0V{height:.0f}" stroke="{COLOURS[mark.category]}"'
-            f' stroke-width="1.5" stroke-opacity="0.7">{_title(f"{mark.time:.2f} s {mark.text}")}</path>'
+            f'<g{seek}>{line} stroke="{COLOURS[mark.category]}" stroke-width="1.5" stroke-opacity="0.7"/>'
+            f"{target}{_title(f'{mark.time:.2f} s {mark.text}')}</g>"
         )
 
 

@@ -45,13 +45,14 @@ class FilmEncoder(Protocol):
         """
 
 
-def open_encoder(path: Path, size: tuple[int, int], rate: int) -> FilmEncoder:
+def open_encoder(path: Path, size: tuple[int, int], rate: int, comment: str = "") -> FilmEncoder:
     """Open the encoder for a file.
 
     Args:
         path: its suffix gives the format: `.mp4`, `.webp` or `.gif`.
         size: width and height, pixels; even for `.mp4`.
         rate: pictures per second.
+        comment: comment of the file; only `.mp4` has one.
 
     Returns:
         The encoder.
@@ -68,7 +69,7 @@ def open_encoder(path: Path, size: tuple[int, int], rate: int) -> FilmEncoder:
         raise FilmPackageError(
             f"writing .mp4 needs {install_command('film')} {missing}; or write .webp or .gif"
         ) from error
-    return Mp4Encoder(size, rate, _CONSTANT_RATE)
+    return Mp4Encoder(size, rate, _CONSTANT_RATE, comment=comment)
 
 
 class _AnimationEncoder:

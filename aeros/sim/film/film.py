@@ -15,6 +15,7 @@ from aeros.sim.film.cameraman import CameraMode, close_camera, plan_cameras
 from aeros.sim.film.captions import Caption, CaptionSource
 from aeros.sim.film.encoders import open_encoder
 from aeros.sim.film.film_model import FilmModel
+from aeros.sim.film.film_span import FilmSpan
 from aeros.sim.film.gl_context import offscreen_context
 from aeros.sim.film.marks import marks_of, tool_path
 from aeros.sim.film.overlay import Overlay, mark_detections
@@ -86,8 +87,9 @@ def make_film(
         OpenGlError: nothing here can draw.
     """
     rate = _RATES[path.suffix]
-    encoder = open_encoder(path, options.size, rate)
     frames = FilmFrames(recording, caption_at, options, rate)
+    span = FilmSpan(options.start, options.start + len(frames) * options.speed / rate, options.speed)
+    encoder = open_encoder(path, options.size, rate, span.comment())
     for number, picture in enumerate(frames.pictures(), start=1):
         encoder.add(picture)
         progress(number, len(frames))

@@ -20,13 +20,21 @@ class Mp4Encoder:
         rate: pictures per second.
         quality: constant rate factor, from 0, the best, to 51.
         key_pictures: distance of key pictures, from which a reader can start; None for the encoder's choice.
+        comment: comment of the file; empty for none.
     """
 
     def __init__(
-        self, size: tuple[int, int], rate: int, quality: str, key_pictures: int | None = None
+        self,
+        size: tuple[int, int],
+        rate: int,
+        quality: str,
+        key_pictures: int | None = None,
+        comment: str = "",
     ) -> None:
         self._output = BytesIO()
         self._container = av.open(self._output, "w", format="mp4")
+        if comment:
+            self._container.metadata["comment"] = comment
         self._stream = self._container.add_stream("libx264", rate=rate)
         self._stream.width, self._stream.height = size
         self._stream.pix_fmt = "yuv420p"

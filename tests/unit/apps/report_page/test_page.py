@@ -12,10 +12,13 @@ from typing import Any
 
 import pytest
 
+from aeros.apps.report_page.film_element import FilmFile
 from aeros.apps.report_page.page import page_of
 from aeros.apps.report_page.run_data import read_run_data
 from aeros.runtime.audit.log import verify_log
+from aeros.sim.film.film_span import FilmSpan
 from tests.unit.apps.report_page.left_runs import decision, run_symbolic, written_run
+from tests.unit.sim.film.mp4_boxes import film_bytes
 
 HOSTILE = (
     "<script>alert(1)</script>",
@@ -140,3 +143,47 @@ def test_records_after_a_broken_link_are_not_shown(tmp_path: Path) -> None:
     left = read_run_data(out)
     assert [one.time for one in left.decisions] == [1.0]
     assert "NOT SOUND: record 2 was edited" in "".join(elements(page_of(left, "r", {}, "")).text)
+
+
+def linked_page(folder: Path, span: FilmSpan, name: str = "film.mp4") -> _Elements:
+    records: list[tuple[str, dict[str, Any]]] = [
+        ("step-began", {"module": "arm", "skill": "reach", "time": 2.0}),
+        ("decision", decision(3.0, "DENY", reasons=[["AE750", "arm-standing", "near"]])),
+        ("decision", decision(5.0)),
+        ("step-ended", {"module": "arm", "skill": "reach", "time": 6.0, "status": "halted", "reason": "no"}),
+    ]
+    run = read_run_data(written_run(folder, records))
+    return elements(page_of(run, "r", {}, "", FilmFile(name, film_bytes(span.comment()))))
+
+
+def test_steps_marks_and_decisions_are_linked_to_a_film_that_shows_them(tmp_path: Path) -> None:
+    found = linked_page(tmp_path / "out", FilmSpan(0.0, 10.0, 4.0))
+    linked = [(tag, value) for tag, name, value in found.attributes if name == "data-time"]
+    assert linked == [
+        ("rect", "2.000"), ("g", "3.000"), ("g", "6.000"), ("span", "3.000"), ("span", "6.000"),
+        ("span", "3.000"), ("span", "5.000"),
+    ]  # fmt: skip
+    film = {
+        name: value for tag, name, value in found.attributes if tag == "video" and name.startswith("data")
+    }
+    assert film == {"data-start": "0.0", "data-end": "10.0", "data-speed": "4.0"}
+    assert ("path", "id", "cursor") in found.attributes
+    (policy,) = [value for tag, name, value in found.attributes if tag == "meta" and name == "content"]
+    (script,) = found.scripts
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert policy == (
+        f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; "
+        "media-src data:; img-src data:"
+    )
+    assert "requestAnimationFrame" in script
+    # Before the script runs, nothing looks as if it could be pressed.
+    assert not [one for one in found.attributes if one[1] in ("tabindex", "role") and one[2] != "img"]
+
+
+def test_only_what_a_film_shows_is_linked_to_it(tmp_path: Path) -> None:
+    part = linked_page(tmp_path / "part", FilmSpan(2.5, 5.5, 1.0))
+    assert {value for _, name, value in part.attributes if name == "data-time"} == {"3.000", "5.000"}
+    picture = linked_page(tmp_path / "picture", FilmSpan(0.0, 10.0, 1.0), "film.gif")
+    assert not [one for one in picture.attributes if one[1].startswith("data-time") or one[2] == "cursor"]
+    assert "sets the film there" not in " ".join(picture.text)
+    assert "requestAnimationFrame" not in picture.scripts[0]

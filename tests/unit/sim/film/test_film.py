@@ -10,6 +10,7 @@ import pytest
 
 from aeros.sim.film.captions import Caption, PersonSeparation
 from aeros.sim.film.film import EmptyFilmError, FilmFrames, FilmOptions, make_film
+from aeros.sim.film.film_span import read_film_span
 from tests.unit.sim.film.recordings import recording
 from tests.unit.sim.films import frames_of
 
@@ -32,6 +33,14 @@ def test_a_film_has_a_picture_for_each_step_of_the_run(options: FilmOptions, rat
 def test_a_part_after_the_end_is_refused() -> None:
     with pytest.raises(EmptyFilmError, match=r"nothing was recorded after 5 s: the recording ends at 1\.0 s"):
         FilmFrames(recording(), lambda _: Caption(), replace(SMALL, start=5.0), 30)
+
+
+def test_a_film_says_which_part_of_the_run_it_shows(opengl: str, tmp_path: Path) -> None:
+    pytest.importorskip("av")
+    options = replace(SMALL, start=0.5, speed=4.0, has_captions=False)
+    film = make_film(recording(), lambda _: Caption(), tmp_path / "film.mp4", options)
+    # Four pictures, each for 4/30 s of the run.
+    assert read_film_span(film) == pytest.approx((0.5, 0.5 + 16 / 30, 4.0))
 
 
 def test_a_film_is_drawn_with_captions_rings_and_a_camera(opengl: str, tmp_path: Path) -> None:
