@@ -1,9 +1,12 @@
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,7 +17,7 @@ from aeros.franka.settings import FrankaSettings
 from aeros.runtime.ports import MotionCompletion, MotionHandle, NoMotion, Trajectory
 from aeros.sim.robot.robot_file import read_robot
 from aeros.skill import Action
-from tests.unit.franka.arms import READY, SETTINGS, use_stub
+from tests.unit.franka.arms import READY, SETTINGS, STUB, use_stub
 from tests.unit.franka.test_measurements import NAMES
 
 MODEL = read_robot("franka_fr3")
@@ -144,6 +147,23 @@ def test_the_death_of_the_streaming_process_ends_the_motion(monkeypatch: pytest.
         assert str(end.reason).startswith("gone: ")
         with pytest.raises(ConnectionError):
             plant.advance(Watch(), plant.now() + 1.0)
+
+
+def test_ctrl_c_to_the_whole_process_group_brakes_the_arm(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    log = tmp_path / "log"
+    use_stub(monkeypatch, log=str(log))
+    command = [sys.executable, "-m", "tests.unit.franka.interrupted_motion"]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(STUB), str(Path.cwd())]))
+    # A group of its own, as a terminal gives it to a command.
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as program:
+        assert program.stdout is not None
+        assert program.stdout.readline() == "moving\n"
+        os.killpg(program.pid, signal.SIGINT)
+        assert program.wait(20.0) == 0
+    # Set points up to a standstill, and then the robot's own stop.
+    assert log.read_text().splitlines()[-2:] == ["finished", "stop"]
 
 
 def test_one_motion_can_be_halted(monkeypatch: pytest.MonkeyPatch) -> None:
