@@ -154,7 +154,7 @@ def test_ctrl_c_to_the_whole_process_group_brakes_the_arm(
 ) -> None:
     log = tmp_path / "log"
     use_stub(monkeypatch, log=str(log))
-    command = [sys.executable, "-m", "tests.unit.franka.interrupted_motion"]
+    command = [sys.executable, str(STUB / "interrupted_motion.py")]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(STUB), str(Path.cwd())]))
     # A group of its own, as a terminal gives it to a command.
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as program:

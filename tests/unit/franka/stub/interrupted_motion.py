@@ -1,4 +1,4 @@
-"""Program that moves the stub's arm until Ctrl-C comes: `python -m tests.unit.franka.interrupted_motion`."""
+"""Program that moves the stub's arm until Ctrl-C comes."""
 
 import sys
 
