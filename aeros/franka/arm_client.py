@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from contextlib import suppress
 from math import inf
 from typing import Any, Final, NamedTuple
 
@@ -66,7 +65,7 @@ class ArmClient:
         self.ended_at = -inf
         self.cycle_times: Mapping[str, float] = {}
         self._is_watched = False
-        self._has_ordered_brake = False
+        self._wants_brake = self._has_ordered_brake = False
         self._received = 0.0
         self._loss: str | None = None
 
@@ -94,9 +93,8 @@ class ArmClient:
         Args:
             on: True for every state.
         """
-        if on is not self._is_watched:
+        if on is not self._is_watched and self._send(event("watch", on=on)):
             self._is_watched = on
-            self._send(event("watch", on=on))
 
     def start(self, plan: Trajectory) -> None:
         """Begin to stream a motion.
@@ -104,15 +102,18 @@ class ArmClient:
         Args:
             plan: the decided motion.
         """
-        self.is_streaming, self._has_ordered_brake = True, False
+        self._wants_brake = self._has_ordered_brake = False
         self.own_stop = self.end = None
-        self._send(StartMessage(plan.joint_paths[0], plan.duration))
+        self.is_streaming = self._send(StartMessage(plan.joint_paths[0], plan.duration))
+        if not self.is_streaming:
+            self.end = StreamEnd("busy: the streaming process reads no orders; nothing has begun", False)
+            self.ended_at = self.state.time
 
     def brake(self) -> None:
-        """Brake the motion that is streamed, if there is one."""
+        """Brake the motion that is streamed, if any; `wait` repeats an order for which there is no room."""
         if self.is_streaming and not self._has_ordered_brake:
-            self._has_ordered_brake = True
-            self._send(event("brake"))
+            self._wants_brake = True
+            self._has_ordered_brake = self._send(event("brake"))
 
     def acknowledge(self) -> None:
         """Say that the monitor has judged the newest state."""
@@ -128,6 +129,8 @@ class ArmClient:
         Raises:
             RobotLostError: there is none within `SILENCE`.
         """
+        if self._wants_brake:
+            self.brake()
         return isinstance(self._receive(SILENCE), StateMessage)
 
     def close(self) -> None:
@@ -135,10 +138,12 @@ class ArmClient:
         self.is_streaming = False
         self._process.close()
 
-    def _send(self, message: Message) -> None:
-        # If the process has ended, the next message to be received says why.
-        with suppress(LinkClosedError):
-            self._process.link.send(message)
+    def _send(self, message: Message) -> bool:
+        """Send a message; False if there is no room for it now."""
+        try:
+            return self._process.link.send(message)
+        except LinkClosedError:
+            return True  # The process has ended: the next message to be received says why.
 
     def _receive(self, timeout: float) -> Message | None:
         """Receive a message and take it in; None if `timeout` is 0 and there is none."""

@@ -7,15 +7,22 @@ from typing import Final
 
 from aeros.franka.arm_client import ArmClient
 from aeros.franka.hand_client import HandClient
-from aeros.runtime.ports import MotionCompletion, MotionHandle, PlannedMotion, Trajectory
+from aeros.runtime.ports import MotionCompletion, MotionHandle, PlannedMotion, PlantLostError, Trajectory
 from aeros.sim.robot.motions import JOINT_ARRIVAL_TOLERANCE
 from aeros.skill import Action
 
 _REST_SPEED: Final = 0.01
 """Joint speed below which the arm rests, rad/s, as on the simulators."""
 
-_SETTLE_TIME: Final = 0.25
-"""Longest time in which the arm comes to rest after its set points do, s."""
+SETTLE_TIME: Final = 1.0
+"""Longest time in which the arm comes to rest after its set points do, s; chosen."""
+
+FINGER_TIME: Final = 5.0
+"""Longest time in which the fingers come to rest, s; chosen: they go their whole way in one."""
+
+
+class RestlessError(PlantLostError):
+    """The robot was told to stop, and does not come to rest; the message says what moves."""
 
 
 @dataclass
@@ -105,7 +112,7 @@ class MotionTable:
                 self._arm.brake()
 
     def halt(self, motion: MotionHandle) -> None:
-        """Halt a motion; fingers that move go on to their end.
+        """Halt a motion; fingers that move go on to their end, and the motion ends with them.
 
         Args:
             motion: its number.
@@ -156,13 +163,28 @@ class MotionTable:
         return ended
 
     def is_arm_at_rest(self) -> bool:
-        """Return True if a state after the last set point shows that the arm rests, or time is up.
+        """Return True if a state after the last set point shows that the arm rests.
 
         Returns:
             True if it rests.
         """
-        since = self._arm.state.time - self._arm.ended_at
-        return since > _SETTLE_TIME or (since > 0.0 and max(map(abs, self._arm.state.dq)) < _REST_SPEED)
+        state = self._arm.state
+        return state.time > self._arm.ended_at and max(map(abs, state.dq)) < _REST_SPEED
+
+    def unrest(self, waited: float) -> str | None:
+        """Say what still moves after everything was told to stop.
+
+        Args:
+            waited: time since the last set point of the arm, s.
+
+        Returns:
+            What moves for longer than it may; empty if something moves and may, None if all rests.
+        """
+        if not self.is_arm_at_rest():
+            return self._unrest_of_arm(waited)
+        if self._hand is not None and self._hand.is_busy:
+            return f"the fingers still move after {waited:.2g} s" if waited > FINGER_TIME else ""
+        return None
 
     def _completion(self, running: RunningMotion) -> MotionCompletion | None:
         """Return how a motion has ended; None if it has not."""
@@ -170,25 +192,34 @@ class MotionTable:
             return MotionCompletion(False, "halted") if running.is_halting else None
         if isinstance(running.plan, Trajectory):
             return self._arm_completion(running, running.plan)
+        if running.action.kind == "grip" and self._hand is not None and self._hand.is_busy:
+            return None
         if running.is_halting:
             return MotionCompletion(False, "halted")
         if running.action.kind == "wait":
             until = running.began + float(running.action.parameters["duration"])
             return MotionCompletion(True) if self._arm.state.time >= until else None
         if running.action.kind == "grip" and self._hand is not None:
-            if self._hand.is_busy:
-                return None
             failure = self._hand.failure
             return MotionCompletion(True) if failure is None else MotionCompletion(False, f"hand: {failure}")
         return MotionCompletion(True)
 
     def _arm_completion(self, running: RunningMotion, plan: Trajectory) -> MotionCompletion | None:
         end = self._arm.end
-        if end is None or not self.is_arm_at_rest():
+        if end is None:
             return None
+        if not self.is_arm_at_rest():
+            unrest = self._unrest_of_arm(self._arm.state.time - self._arm.ended_at)
+            return MotionCompletion(False, f"moving: {unrest}") if unrest else None
         if running.is_halting or end.is_braked:
             return MotionCompletion(False, "halted")
         miss = max(abs(a - b) for a, b in zip(self._arm.state.q, plan.joint_paths[0][-1][3], strict=True))
         if miss > JOINT_ARRIVAL_TOLERANCE:
             return MotionCompletion(False, f"blocked: a joint stopped {miss:.3f} rad from its target")
         return MotionCompletion(True)
+
+    def _unrest_of_arm(self, waited: float) -> str:
+        speed = max(map(abs, self._arm.state.dq))
+        return (
+            f"a joint still moves at {speed:.3f} rad/s after {waited:.2g} s" if waited > SETTLE_TIME else ""
+        )

@@ -15,7 +15,7 @@ from aeros.franka.arm import CYCLE
 from aeros.franka.arm_client import ArmClient, RobotLostError
 from aeros.franka.hand_client import HandClient
 from aeros.franka.measurements import Measurements
-from aeros.franka.motion_table import MotionTable
+from aeros.franka.motion_table import MotionTable, RestlessError
 from aeros.franka.planner import PLANNERS, MotionPlanner, mode_refusal
 from aeros.franka.process import ProcessError
 from aeros.franka.settings import FrankaSettings
@@ -154,11 +154,19 @@ class FrankaPlant:
         return self._end_all(self._motions.own_stop() if rule is None else f"monitor:{rule}", monitor)
 
     def halt(self, motion: MotionHandle) -> None:
-        """Implement `Plant.halt`; fingers that move go on to their end."""
+        """Implement `Plant.halt`; fingers that move go on to their end, and only then the motion ends."""
         self._motions.halt(motion)
 
     def stop(self) -> None:
-        """Implement `Plant.stop`: brake on the decided path, then hold; the fingers keep their grip."""
+        """Implement `Plant.stop`: brake on the decided path, then hold; the fingers keep their grip.
+
+        Fingers that move go on to their end, with the force of their command, and this waits for them: the
+        library lets no other thread call `Gripper.stop` meanwhile.
+
+        Raises:
+            RestlessError: arm or fingers do not come to rest.
+            RobotLostError: the robot cannot be reached.
+        """
         self._come_to_rest(lambda time, values: None)
         self._motions.end_all("stopped")
 
@@ -216,16 +224,26 @@ class FrankaPlant:
             announce_stop(monitor, reason, self.now())
         try:
             self._come_to_rest(monitor)
+        except RestlessError as failure:
+            reason = f"moving: {failure}; told to stop by {reason}"
         except RobotLostError as failure:
             reason = reason if reason.startswith(("gone:", "monitor:")) else f"{reason}; gone: {failure}"
         return self._motions.end_all(reason)
 
     def _come_to_rest(self, monitor: Monitor) -> None:
-        """Brake, and wait until the arm rests; the monitor is called for every state."""
-        if self._arm.is_streaming:
+        """Brake, and wait until arm and fingers rest; the monitor is called for every state.
+
+        Raises:
+            RestlessError: they do not.
+        """
+        self._arm.brake()
+        since = self.now()
+        while self._arm.is_streaming or (unrest := self._motions.unrest(self.now() - since)) is not None:
+            if self._arm.is_streaming:
+                since = self.now()
+            elif unrest:
+                raise RestlessError(unrest)
             self._arm.watch(on=True)
-            self._arm.brake()
-        while self._arm.is_streaming or not self._motions.is_arm_at_rest():
             if self._next_state():
                 monitor(self.now(), self._monitor_values())
         self._arm.watch(on=False)

@@ -1,6 +1,8 @@
 """Processes that drive the robot: `python -m aeros.franka.process`, started by the plant.
 
-They alone import `pylibfranka`: it may block for a millisecond at a time, and the plant must not.
+They alone import `pylibfranka`: it may block for a millisecond at a time, and the plant must not. Each has a
+session of its own and ignores requests to end: a process that dies in mid-motion cannot brake. It ends when
+the plant closes the link or is gone.
 """
 
 from __future__ import annotations
@@ -8,6 +10,7 @@ from __future__ import annotations
 import gc
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -57,6 +60,8 @@ class Process:
             [sys.executable, "-m", "aeros.franka.process", order],
             pass_fds=[there.fileno()],
             stdin=subprocess.DEVNULL,
+            # Ctrl-C and Ctrl-Z go to the terminal's whole process group: this process must live to brake.
+            start_new_session=True,
         )
         there.close()
         self.pid = self._process.pid
@@ -137,6 +142,13 @@ def _open_part(order: Mapping[str, Any]) -> Any:
     return arm
 
 
+def ignore_requests_to_end() -> None:
+    """Ignore the signals that end a whole run: this process brakes, and ends after the plant."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+
+
 if __name__ == "__main__":
+    ignore_requests_to_end()
     given = json.loads(sys.argv[1])
     run(given, ProcessLink(socket.socket(fileno=given["link"])))

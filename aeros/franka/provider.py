@@ -33,4 +33,4 @@ def open_franka(request: PlantRequest) -> Plant:
     return FrankaPlant(settings, robot_of(request.site), base, request.site.state)
 
 
-FRANKA: Final = PlantProvider(open_franka, franka_subject)
+FRANKA: Final = PlantProvider(open_franka, franka_subject, runs_in_real_time=True)

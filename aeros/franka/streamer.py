@@ -5,7 +5,8 @@ It runs in a process of its own. It decides nothing: it streams one decided moti
 - when the plant tells it to, as a rule is broken or a motion is halted;
 - by itself, when the monitor has judged no state for `patience` on the robot's clock: it is late or
   hangs;
-- by itself, when the plant's end of the link is closed.
+- by itself, when the plant's end of the link is closed;
+- by itself, when the program fails in mid-motion.
 
 If this process dies in mid-motion, the robot gets no commands, and stops by itself after 20 cycles.
 """
@@ -103,6 +104,8 @@ class Streamer:
         self._patience = patience
         self._start_tolerance = start_tolerance
         self._judged = 0.0
+        self._commanded: float | None = None
+        """Time of the state that was answered last, s; None before the first one."""
         self._wants_state = False
         self._is_watched = False
         self._is_over = False
@@ -117,6 +120,11 @@ class Streamer:
         except ArmError as failure:
             with suppress(LinkClosedError):
                 self._report("gone", reason=str(failure))
+        except Exception as failure:
+            with suppress(LinkClosedError):
+                what = f"{type(failure).__name__}: {failure}"
+                self._report("gone", reason=f"the streaming process failed and has stopped the arm: {what}")
+            raise
 
     def _idle(self) -> None:
         """Read one state, and do what the plant asks for."""
@@ -142,10 +150,16 @@ class Streamer:
     def _run_motion(self, start: StartMessage) -> None:
         """Stream a motion, and say how it ended."""
         motion = StreamedMotion(start.path, start.duration, *self._limits)
-        times, reason = CycleTimes(), None
+        times, reason, self._commanded = CycleTimes(), None, None
         try:
             control = self._arm.start()
-            reason = self._stream(control, motion, times)
+            try:
+                reason = self._stream(control, motion, times)
+            except ArmError:
+                raise
+            except BaseException:
+                self._stop_alone(control, motion)
+                raise
         except ArmError as failure:
             reason = str(failure)
             if not failure.is_connected:
@@ -183,6 +197,7 @@ class Streamer:
                 motion.brake()
             q, is_last = motion.step(elapsed)
             control.write(q, is_last=is_last)
+            self._commanded = state.time
             times.note_answer(since)
             if is_last:
                 return reason
@@ -190,6 +205,23 @@ class Streamer:
             state = control.read()
             elapsed = state.time - before
             since = times.note_state(elapsed)
+
+    def _stop_alone(self, control: ControlledArm, motion: StreamedMotion) -> None:
+        """Brake without the plant, as this program has failed; in any case, the robot stops then."""
+        try:
+            motion.brake()
+            is_last = False
+            while not is_last:
+                now = control.read().time
+                elapsed = CYCLE if self._commanded is None else now - self._commanded
+                q, is_last = motion.step(elapsed)
+                control.write(q, is_last=is_last)
+                self._commanded = now
+        except ArmError:
+            pass  # The robot has stopped by itself, or is gone; the failure of this program is reported.
+        finally:
+            with suppress(ArmError):
+                self._arm.stop()
 
     def _exchange(self, state: ArmState) -> bool:
         """Send a state and read what has come; return True if the arm must brake."""

@@ -26,7 +26,8 @@ from aeros.runtime.ports import Plant, StepRequest, StepResult, StepStatus
 from aeros.runtime.proving import prove_configuration
 from aeros.runtime.skills.in_process_run import OpenRun, SkillRunProtocol, SkillRunResult
 from aeros.session.assembly import build_executor
-from aeros.session.plant_factory import draw_scene, load_run_scene, open_plant
+from aeros.session.plant_factory import PLANTS, PlantSetupError, draw_scene, load_run_scene, open_plant
+from aeros.session.plant_provider import PlantProviderError, load_provider
 from aeros.session.plant_vocabulary import require_declared_measurements, require_known_actions
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.setup import AUDIT, open_isolated_skills
@@ -232,6 +233,7 @@ class TaskCell:
     Raises:
         UserError: a file is rejected, a claim is refuted, or a lock is missing or not current.
         AgentError: the instruction is not understood whole.
+        MisuseError: the plant runs in real time, as a robot does.
         PlantSetupError: the plant is not installed.
         SkillRefusedError: this host isolates skill code less than the site requires.
     """
@@ -249,6 +251,8 @@ class TaskCell:
         ideal_sensors: bool,
         randomise: bool,
     ) -> None:
+        if plant not in PLANTS:
+            _require_simulated(plant, runs_in_real_time=_provider_runs_in_real_time(plant))
         self._plant, self._ideal_sensors, self._randomise = plant, ideal_sensors, randomise
         self._out, self._episodes = out, 0
         with rendered_errors(), ExitStack() as stack:
@@ -274,6 +278,7 @@ class TaskCell:
             The episode.
 
         Raises:
+            MisuseError: the plant runs in real time, as a robot does.
             PlantSetupError: the plant cannot be opened, or it does not measure or do what the site declares.
         """
         configuration = self.configuration
@@ -289,6 +294,7 @@ class TaskCell:
                 ideal_sensors=self._ideal_sensors,
             ) as plant,
         ):
+            _require_simulated(self._plant, runs_in_real_time=getattr(plant, "runs_in_real_time", False))
             require_declared_measurements(plant, configuration.site)
             require_known_actions(plant, configuration)
             runs, objections = RequestingRuns(self._skills), ObjectionListener()
@@ -325,6 +331,32 @@ class TaskCell:
             self._episodes += 1
         make_private_folder(folder)
         return folder / AUDIT
+
+
+def _provider_runs_in_real_time(plant: str) -> bool:
+    """Return what the provider of a plant says about it.
+
+    Raises:
+        PlantSetupError: no distribution provides it, or it cannot be imported.
+    """
+    try:
+        return load_provider(plant, PLANTS).runs_in_real_time
+    except PlantProviderError as failure:
+        raise PlantSetupError(str(failure)) from failure
+
+
+def _require_simulated(plant: str, *, runs_in_real_time: bool) -> None:
+    """Require a plant that waits for its monitor.
+
+    Raises:
+        MisuseError: it runs in real time.
+    """
+    if runs_in_real_time:
+        raise MisuseError(
+            f"the plant `{plant}` runs in real time, as a robot does: an environment moves simulated plants "
+            "alone, as it has no operator who stops or pauses it, and its log may lose its end; use "
+            "`aeros run` or `aeros.open_session` for a robot (docs/how-to/gym.md)"
+        )
 
 
 def _task_of(instruction: str | None, modules: Mapping[str, Ecm]) -> RoutedTask:

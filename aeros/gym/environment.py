@@ -58,7 +58,8 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
         modules: a module's folder or a folder of modules, or several of these; each has a current `ecm.lock`.
         instruction: asks for one task, in words or as `MODULE.TASK KEY=VALUE`; None for the task that has
             the name of its module, or the only one.
-        plant: `symbolic`, `kinematic`, `physics` (PyBullet), `mujoco`, or that of another distribution.
+        plant: `symbolic`, `kinematic`, `physics` (PyBullet), `mujoco`, or that of another distribution; none
+            that runs in real time, as a robot does.
         actions: `skills`, `skills-with-inputs` or `requests`.
         skill: `MODULE.SKILL` in whose name single actions are asked for; only with `requests`.
         bounds: least and greatest value (SI) of the numbers that an action chooses, by `MODULE.SKILL.INPUT`
@@ -82,8 +83,8 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
         UserError: a file is rejected, a claim is refuted, or a lock is missing or not current.
         AgentError: the instruction is not understood whole.
         PlantSetupError: the plant is not installed.
-        MisuseError: an argument is none, there are several tasks and no instruction, or the plant has no such
-            camera.
+        MisuseError: an argument is none, there are several tasks and no instruction, the plant runs in real
+            time, or it has no such camera.
     """
 
     # A picture shows the end of a skill, so a film of an episode is a slide show.
@@ -160,7 +161,7 @@ class TaskEnvironment(gymnasium.Env[GymObservation, Any]):
             randomised.
 
         Raises:
-            MisuseError: an option is unknown.
+            MisuseError: an option is unknown, or the plant runs in real time.
             PlantSetupError: the plant cannot be opened.
         """
         super().reset(seed=seed)

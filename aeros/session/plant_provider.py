@@ -47,10 +47,12 @@ class PlantProvider:
         open_plant: makes a plant for a run, at rest; AEROS closes it.
         subject: makes what the conformance suite holds the plant to, for `aeros check-plant`; None for a
             plant that cannot be checked.
+        runs_in_real_time: as of `Plant`: True for a robot. Trainers refuse it without opening it.
     """
 
     open_plant: Callable[[PlantRequest], Plant]
     subject: Callable[[], PlantUnderTest] | None = None
+    runs_in_real_time: bool = False
 
 
 def provided_plants() -> tuple[str, ...]:

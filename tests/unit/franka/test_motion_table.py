@@ -6,7 +6,7 @@ import pytest
 
 from aeros.franka.arm import ArmState
 from aeros.franka.arm_client import StreamEnd
-from aeros.franka.motion_table import MotionTable
+from aeros.franka.motion_table import FINGER_TIME, SETTLE_TIME, MotionTable
 from aeros.runtime.ports import MotionCompletion, NoMotion, Trajectory
 from aeros.sim.robot.robot_file import read_robot
 from aeros.skill import Action
@@ -39,6 +39,17 @@ class Arm:
 
     def go_on(self, by: float, **changes: Any) -> None:
         self.state = self.state._replace(time=self.state.time + by, **changes)
+
+
+class Hand:
+    """The part of the hand that the table uses."""
+
+    def __init__(self) -> None:
+        self.is_busy = False
+        self.failure: str | None = None
+
+    def grip(self, gap: float, force: float) -> None:
+        self.is_busy = True
 
 
 def table(arm: Arm) -> MotionTable:
@@ -126,3 +137,34 @@ def test_a_stop_brakes_the_arm_and_the_arm_moves_once_at_a_time() -> None:
     one.begin_pending()
     assert arm.calls == ["start", "brake"]
     assert one.collect_ended() == {stop: MotionCompletion(True)}
+
+
+def test_an_arm_that_does_not_come_to_rest_has_failed() -> None:
+    arm = Arm()
+    one = table(arm)
+    motion = one.add(MOVE, PLAN)
+    one.begin_pending()
+    arm.end, arm.ended_at = StreamEnd(None, True), 1.0
+    arm.go_on(SETTLE_TIME - 0.01, dq=(0.5, *STILL[1:]))
+    assert (one.collect_ended(), one.unrest(0.99)) == ({}, "")
+    arm.go_on(0.02)
+    assert not one.is_arm_at_rest()
+    assert one.unrest(1.01) == "a joint still moves at 0.500 rad/s after 1 s"
+    assert one.collect_ended() == {
+        motion: MotionCompletion(False, "moving: a joint still moves at 0.500 rad/s after 1 s")
+    }
+    arm.go_on(0.001, dq=STILL)
+    assert one.unrest(1.01) is None
+
+
+def test_a_halted_grip_ends_when_the_fingers_rest() -> None:
+    arm, hand = Arm(), Hand()
+    one = MotionTable(arm, hand)  # type: ignore[arg-type]
+    motion = one.add(GRIP, NoMotion("grip"))
+    one.begin_pending()
+    one.halt(motion)
+    assert (one.collect_ended(), one.unrest(1.0)) == ({}, "")
+    assert one.unrest(FINGER_TIME + 0.1) == "the fingers still move after 5.1 s"
+    hand.is_busy = False
+    assert one.unrest(1.0) is None
+    assert one.collect_ended() == {motion: MotionCompletion(False, "halted")}

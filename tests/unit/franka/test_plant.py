@@ -1,9 +1,12 @@
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,14 +14,17 @@ import pytest
 from aeros.franka.plant import FrankaPlant
 from aeros.franka.process import ProcessError
 from aeros.franka.settings import FrankaSettings
-from aeros.runtime.ports import MotionCompletion, MotionHandle, NoMotion, Trajectory
+from aeros.runtime.ports import MotionCompletion, MotionHandle, NoMotion, PlantLostError, Trajectory
 from aeros.sim.robot.robot_file import read_robot
 from aeros.skill import Action
-from tests.unit.franka.arms import READY, SETTINGS, use_stub
+from tests.unit.franka.arms import READY, SETTINGS, STUB, use_stub
 from tests.unit.franka.test_measurements import NAMES
 
 MODEL = read_robot("franka_fr3")
 DECLARED = (*NAMES, "finger_gap", "holding")
+
+
+CLOSE = Action("grip", {"width": 0.0, "force": 20.0})
 
 
 def move(by: float = 0.05, speed: float = 0.2) -> Action:
@@ -146,6 +152,23 @@ def test_the_death_of_the_streaming_process_ends_the_motion(monkeypatch: pytest.
             plant.advance(Watch(), plant.now() + 1.0)
 
 
+def test_ctrl_c_to_the_whole_process_group_brakes_the_arm(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    log = tmp_path / "log"
+    use_stub(monkeypatch, log=str(log))
+    command = [sys.executable, str(STUB / "interrupted_motion.py")]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(STUB), str(Path.cwd())]))
+    # A group of its own, as a terminal gives it to a command.
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as program:
+        assert program.stdout is not None
+        assert program.stdout.readline() == "moving\n"
+        os.killpg(program.pid, signal.SIGINT)
+        assert program.wait(20.0) == 0
+    # Set points up to a standstill, and then the robot's own stop.
+    assert log.read_text().splitlines()[-2:] == ["finished", "stop"]
+
+
 def test_one_motion_can_be_halted(monkeypatch: pytest.MonkeyPatch) -> None:
     with opened(monkeypatch) as plant:
         motion = plant.begin(move(0.2))
@@ -167,6 +190,50 @@ def test_the_hand_grips_and_tells_what_it_holds(monkeypatch: pytest.MonkeyPatch)
         assert readings["holding"].value is True
         assert readings["finger_gap"].value == 0.03
         assert readings["finger_gap"].time <= plant.now()
+
+
+@pytest.mark.parametrize("how", ["stop", "monitor", "halt"])
+def test_a_stop_waits_for_fingers_that_close(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, how: str
+) -> None:
+    log = tmp_path / "log"
+    with opened(monkeypatch, closing=0.3, log=str(log)) as plant:
+        grip = plant.begin(CLOSE)
+        assert isinstance(grip, int)
+        assert plant.advance(Watch(), plant.now() + 0.05) == {}
+        if how == "stop":
+            plant.stop()
+        else:
+            if how == "halt":
+                plant.halt(MotionHandle(grip))
+            watch = Watch(0.0, (lambda: "some-rule") if how == "monitor" else lambda: None)
+            reason = "halted" if how == "halt" else "monitor:some-rule"
+            assert plant.advance(watch, plant.now() + 5.0) == {grip: MotionCompletion(False, reason)}
+        assert log.read_text().splitlines()[-1] == "closed"
+        assert plant.observe()["finger_gap"].value == 0.0
+
+
+def test_fingers_that_never_rest_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("aeros.franka.motion_table.FINGER_TIME", 0.1)
+    with opened(monkeypatch, closing=0.6) as plant:
+        grip = plant.begin(CLOSE)
+        assert isinstance(grip, int)
+        plant.advance(Watch(), plant.now() + 0.05)
+        with pytest.raises(PlantLostError, match=r"the fingers still move after 0\.1"):
+            plant.stop()
+        end = plant.advance(Watch(0.0, lambda: "some-rule"), plant.now() + 5.0)[MotionHandle(grip)]
+        assert str(end.reason).startswith("moving: the fingers still move after 0.1")
+        assert str(end.reason).endswith("told to stop by monitor:some-rule")
+
+
+def test_an_arm_that_does_not_come_to_rest_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("aeros.franka.motion_table.SETTLE_TIME", 0.1)
+    with opened(monkeypatch, drift=0.2) as plant:
+        end = run(plant, move(0.2), Watch(0.1, lambda: "some-rule"))
+        assert str(end.reason).startswith("moving: a joint still moves at 0.200 rad/s after 0.1")
+        assert str(end.reason).endswith("told to stop by monitor:some-rule")
+        with pytest.raises(PlantLostError, match=r"a joint still moves at 0\.200 rad/s"):
+            plant.stop()
 
 
 def test_impossible_actions_are_refused_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,3 +1,5 @@
+import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -37,6 +39,17 @@ def test_a_process_reads_the_robot_and_ends_when_it_is_closed(monkeypatch: pytes
         assert process.link.receive(5.0) is not None
         assert process.pid > 0
     process.close()
+
+
+@pytest.mark.parametrize("part", ["arm", "hand"])
+def test_requests_to_end_are_ignored(monkeypatch: pytest.MonkeyPatch, part: str) -> None:
+    use_stub(monkeypatch)
+    with opened(part) as process:
+        assert os.getsid(process.pid) == process.pid  # Ctrl-C goes to the process group of the terminal
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            os.kill(process.pid, number)
+        process.link.send(event("read"))
+        assert process.link.receive(5.0) is not None
 
 
 def test_a_robot_that_cannot_be_reached_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:

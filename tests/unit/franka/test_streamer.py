@@ -1,7 +1,10 @@
+from itertools import pairwise
+
 import pytest
 
 from aeros.franka.arm import CYCLE, ArmError
 from aeros.franka.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage, event
+from aeros.franka.streamed_motion import StreamedMotion
 from aeros.franka.streamer import CycleTimes, Streamer
 from tests.unit.franka.arms import ACCELERATION, JERK, READY, Ends, ScriptedArm, line
 
@@ -142,6 +145,47 @@ def test_a_robot_that_is_gone_in_mid_motion_ends_the_process(ends: Ends) -> None
     arm.failures[120] = ArmError("the robot cannot be reached", is_connected=False)
     ends[0].send(START)
     assert drive(arm, ends) == [{"is": "gone", "reason": "the robot cannot be reached"}]
+
+
+@pytest.mark.parametrize("failure", [RuntimeError("a fault"), KeyboardInterrupt()])
+def test_a_program_that_fails_in_mid_motion_brakes_first(ends: Ends, failure: BaseException) -> None:
+    arm = judging(ends)
+    judge = arm.at_cycle
+
+    def fail(cycle: int) -> None:
+        judge(cycle)
+        if cycle == 300 and pending:
+            raise pending.pop()
+
+    pending = [failure]
+    arm.at_cycle = fail
+    ends[0].send(START)
+    with pytest.raises(type(failure)):
+        Streamer(arm, ends[1], ACCELERATION, JERK, PATIENCE, 0.003).run()
+    assert arm.stops == 1
+    assert 310 < len(arm.commands) < 450
+    assert arm.commands[-1][0] < READY[0] + 0.2
+    first = [one[0] for one in arm.commands]
+    steps = [b - a for a, b in pairwise(first)]
+    assert max(abs(b - a) for a, b in pairwise(steps)) < 1e-5  # 10 rad/s² in cycles of 1 ms
+    assert abs(steps[-1]) < 1e-6
+    gone = [one for one in received(ends[0]) if isinstance(one, dict) and one["is"] == "gone"]
+    reason = "the streaming process failed and has stopped the arm: RuntimeError: a fault"
+    assert gone == ([event("gone", reason=reason)] if isinstance(failure, RuntimeError) else [])
+
+
+def test_a_program_that_cannot_even_brake_calls_the_robots_own_stop(
+    ends: Ends, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(motion: StreamedMotion, elapsed: float) -> None:
+        raise RuntimeError("a fault")
+
+    monkeypatch.setattr(StreamedMotion, "step", fail)
+    arm = judging(ends)
+    ends[0].send(START)
+    with pytest.raises(RuntimeError, match="a fault"):
+        Streamer(arm, ends[1], ACCELERATION, JERK, PATIENCE, 0.003).run()
+    assert (arm.stops, arm.commands) == (1, [])
 
 
 def test_lost_cycles_are_counted_and_the_motion_follows_the_robots_clock(ends: Ends) -> None:

@@ -1,16 +1,24 @@
-"""A request in the name of a skill takes the place of its code once, and of nothing else."""
+"""A request in the name of a skill replaces its code once, and nothing else; robots are refused."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any, cast
 
-from aeros.gym.cell import RequestingRuns
+import pytest
+
+from aeros.gym.cell import RequestingRuns, TaskCell
+from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.ports import StepStatus
 from aeros.runtime.skills.in_process_run import SkillRunProtocol, SkillRunResult
+from aeros.session.module_settings import read_module_settings
+from aeros.session.plant_factory import PlantSetupError
 from aeros.skill import act
+from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
+from aeros.spec.text.discovery import reference_site_path
+from tests.repo.tree import ROOT
 
 
 def test_a_request_replaces_the_code_of_the_skills_in_its_block_alone() -> None:
@@ -33,3 +41,20 @@ def test_a_request_replaces_the_code_of_the_skills_in_its_block_alone() -> None:
     with runs.requesting(None):
         runs(nothing, nothing, nothing, {})
     assert opened == ["code", "code"]
+
+
+def open_cell(plant: str) -> TaskCell:
+    modules, site = [ROOT / "ecms/make_dumplings"], reference_site_path()
+    settings = read_module_settings(None, None)
+    gate = GateMode.COMPILED
+    return TaskCell(modules, site, settings, None, plant, gate, None, ideal_sensors=False, randomise=False)
+
+
+def test_a_provided_robot_is_refused_before_it_is_opened() -> None:
+    with pytest.raises(MisuseError, match="the plant `franka` runs in real time, as a robot does"):
+        open_cell("franka")
+
+
+def test_a_plant_that_nobody_provides_is_refused() -> None:
+    with pytest.raises(PlantSetupError, match="no plant is called `frank`: did you mean `franka`"):
+        open_cell("frank")

@@ -16,7 +16,10 @@ import aeros.gym
 from aeros.agent.errors import AgentError
 from aeros.gym.cell import EpisodeInCell
 from aeros.runtime.audit.log import verify_log
+from aeros.runtime.ports import MotionHandle, PlannedMotion
+from aeros.sim.fake import FakePlant
 from aeros.sim.referee import GoalJudgement
+from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.repo.tree import ROOT
 
@@ -56,6 +59,29 @@ def _run(env: gymnasium.Env[Any, Any], seed: int, actions: Sequence[Any]) -> lis
     steps: list[Any] = [env.reset(seed=seed)]
     steps += [env.step(action) for action in actions]
     return steps
+
+
+class Robot(FakePlant):
+    """A plant that does not wait for its monitor."""
+
+    runs_in_real_time = True
+    is_closed = False
+
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle:
+        raise AssertionError("a robot was moved")
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+def test_a_plant_that_turns_out_to_be_a_robot_is_refused_before_it_moves(
+    dumplings: aeros.gym.TaskEnvironment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = Robot({})
+    monkeypatch.setattr("aeros.gym.cell.open_plant", lambda *_, **__: closing(robot))
+    with pytest.raises(MisuseError, match="the plant `symbolic` runs in real time, as a robot does"):
+        dumplings.reset(seed=0)
+    assert robot.is_closed
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,8 @@
     mode       number of the robot's mode at the start (1, idle)
     fault      {after: cycles of control, errors: text}: a reflex in mid-motion
     lose       {after: cycles of control, count: cycles that the client does not see}
+    drift      speed of the joints after a motion has ended, rad/s (0)
+    closing    time for which fingers close, s (0)
     object     width between the fingers, m (0: nothing is there)
     log        file to which calls are appended
 """
@@ -150,7 +152,7 @@ class Control:
         robot.q = [*command.q]
         if command.motion_finished:
             log("finished")
-            robot.dq, robot.mode = [0.0] * 7, RobotMode.Idle
+            robot.dq, robot.mode = [SETTINGS.get("drift", 0.0)] * 7, RobotMode.Idle
 
 
 class GripperState:
@@ -174,6 +176,8 @@ class Gripper:
         return True
 
     def grasp(self, width: float, speed: float, force: float, inner: float, outer: float) -> bool:
+        time.sleep(SETTINGS.get("closing", 0.0))
+        log("closed")
         reached = max(width, SETTINGS.get("object", 0.0))
         self._state = GripperState(reached, is_grasped=width - inner <= reached <= width + outer)
         return self._state.is_grasped
