@@ -195,7 +195,7 @@ def far_from_a_lone_scanner(step: float) -> Cell:
 
 
 @pytest.mark.parametrize(("step", "width"), [(0.5, 0.063), (0.8, 0.11), (1.0, 0.11)])
-def test_what_is_wider_than_rays_are_apart_is_missed_for_one_scan_at_most(step: float, width: float) -> None:
+def test_a_thing_wider_than_rays_are_apart_is_missed_once_at_most(step: float, width: float) -> None:
     """Where it stands, up to the rays' end less the allowance, and where it walks, across or along them."""
     cell, is_missed_at_first = far_from_a_lone_scanner(step), 0
     for way in np.linspace(4.6, 5.35, 6).tolist():
