@@ -1,7 +1,8 @@
 """The sensor that measures how far people are: scanners that scan, and the controller that evaluates scans.
 
 A scan shows the moment at which it begins; what comes of it arrives after the latency. A reading stays until
-the next arrives, and ages meanwhile.
+the next arrives, and ages meanwhile. If a scan leaves open whether a ray is noise, it makes certain only who
+was there at the scan before: its reading is of that moment.
 """
 
 from __future__ import annotations
@@ -96,6 +97,7 @@ class AreaSensor:
         self._furniture: Sequence[Section] = ()
         self._before: tuple[object, ...] = ()
         self._distance: float | None = None
+        self._newest: tuple[float, float] | None = None
         self.reading: Reading | None = None
 
     def start(self, posture: RobotPosture) -> None:
@@ -110,6 +112,7 @@ class AreaSensor:
         ticks = [-round(back * self._period) for back in range(ceil(self._latency / self._period), -1, -1)]
         for tick in ticks:
             self._under_way.append((tick + self._latency, Reading(distance, tick * TICK)))
+        self._newest = (distance, 0.0)
         self._deliver(0)
 
     def tick(self, tick: int, posture: RobotPosture) -> None:
@@ -122,7 +125,7 @@ class AreaSensor:
         if tick >= round(self._scans * self._period):
             distance = self._scan(posture)
             if distance is not None:
-                self._under_way.append((tick + self._latency, Reading(distance, tick * TICK)))
+                self._under_way.append((tick + self._latency, self._certain(distance, tick * TICK)))
         self._deliver(tick)
 
     def _scan(self, posture: RobotPosture) -> float | None:
@@ -136,12 +139,20 @@ class AreaSensor:
         low = self._low_joints(joints, base)
         state = (low, at, self.devices.covered)
         is_as_before = furniture is self._furniture and state == self._before
-        if people or not is_as_before or self._distance != SCANNER_RANGE:
+        is_open = self._controller.awaits_next_scan or self._distance != SCANNER_RANGE
+        if people or not is_as_before or is_open:
             ranges = self.devices.scan(number, furniture, people, low, base)
             self._distance = self._controller.evaluate(ranges, posture)
         # Nothing has moved in the plane, in which nobody was: the scan would be as before but for its noise.
         self._furniture, self._before = furniture, () if people else state
         return self._distance
+
+    def _certain(self, distance: float, time: float) -> Reading:
+        """Read what a scan makes certain, and for which moment: its own, or that of the scan before."""
+        before, self._newest = self._newest, (distance, time)
+        if before is None or not self._controller.awaits_next_scan:
+            return Reading(distance, time)
+        return Reading(min(distance, before[0]), before[1])
 
     def _low_joints(self, joints: Sequence[float], base: Vector3) -> Sequence[float]:
         """Return the joint positions of an arm that reaches down to the plane; else none."""

@@ -3,10 +3,11 @@
 This is the safety controller's part: it knows the scans, the cell as it was surveyed empty, and the robot's
 own joint positions and odometry, and nothing else of the world.
 
-What is nearer to a scanner than in the surveyed cell is the robot itself or an intruder, which two rays side
-by side meet. A place that some
-scanner saw then and none sees now may hide a person. The distance is that of the nearest intruder or place,
-less what the scanner may be wrong by. Nobody knows how tall an intruder is, so distances are level ones.
+What is nearer to a scanner than in the surveyed cell is the robot itself or an intruder. Two rays side by
+side that are shorter have met one; a ray alone may be noise, until the next scan finds one there again. A
+place that some scanner saw then and none sees now may hide a person. The distance is that of the nearest
+intruder or place, less what the scanner may be wrong by. Nobody knows how tall an intruder is, so distances
+are level ones.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aeros.sim.geometry import Vector3
 from aeros.sim.robot.model import RobotModel
 from aeros.sim.scanners.ray_fan import Array, ray_fan
 from aeros.sim.scanners.robot_outline import RobotOutline
-from aeros.sim.scanners.sight_grid import SightGrid
+from aeros.sim.scanners.sight_grid import Indices, SightGrid
 from aeros.spec.model.sensor_errors import AreaScanners
 
 NEAR_RANGE: Final = 0.05
@@ -34,6 +36,16 @@ _TRACKING_SHARE: Final = 0.2
 _PLAY: Final = 3.0
 """Standard deviations of noise by which a distance must rise to count. Of somebody who stands still the
 distance falls to its least value and stays there; else a rule at its bound would hold now and again."""
+
+_PERSON_SPEED: Final = 2.0
+"""Greatest speed of people, m/s: the greater of the two that ISO 13855 reckons with."""
+
+_SCANS_APART: Final = 2
+"""Periods between two scans if the one between was lost; after more losses readings are too old anyway."""
+
+_WIDTH: Final = 2.0
+"""Least width that meets two rays side by side wherever it is, as a multiple of their distance. So a thing
+that one ray alone meets is narrower."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +70,10 @@ class PersonDistance:
         robot: the robot.
         carriage: it stands on its carriage.
         farthest: distance if nobody is there, m.
+
+    Attributes:
+        awaits_next_scan: in the newest scan a ray alone was shorter, which may be noise. If it has met
+            somebody, the next scan shows it; whoever was there at the scan before is in the distance.
     """
 
     def __init__(
@@ -74,6 +90,10 @@ class PersonDistance:
         self._displacement = np.zeros(2)
         self._play = _PLAY * scanners.noise
         self._distance = farthest
+        self._step = scanners.step
+        self._way = _PERSON_SPEED * _SCANS_APART * scanners.period
+        self._intruders_before: Indices | None = None
+        self.awaits_next_scan = False
 
     def evaluate(self, ranges: Array, posture: RobotPosture) -> float | None:
         """Evaluate the scans of one moment.
@@ -90,6 +110,7 @@ class PersonDistance:
         is_shorter = ranges < self._nearest_expected
         shorter = np.flatnonzero(is_shorter)
         if not len(shorter):
+            self._intruders_before, self.awaits_next_scan = shorter, False
             return self._settle(self._farthest)
         lengths = ranges[shorter]
         points = self._fan.origins[shorter] + lengths[:, None] * self._fan.directions[shorter]
@@ -100,12 +121,26 @@ class PersonDistance:
         if robot.reaches_down_to(self._plane + self._allowance):
             own |= robot.covers_with_links(points, self._plane, self._allowance)
         hidden = self._grid.hidden_places(shorter, lengths, robot, self._plane)
-        # A leg is wider than two rays are apart, wherever it is; one ray alone is shorter by noise.
-        is_paired = (np.roll(is_shorter, 1) | np.roll(is_shorter, -1))[shorter]
-        places = np.concatenate((points[~own & is_paired], hidden))
+        is_met = self._is_met(shorter[~own], ranges, is_shorter)
+        places = np.concatenate((points[~own][is_met], hidden))
         if not len(places):
             return self._settle(self._farthest)
         return self._settle(max(0.0, min(self._farthest, robot.distance(places) - self._allowance)))
+
+    def _is_met(self, intruders: Indices, ranges: Array, is_shorter: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Say which of the rays that something else than the robot has shortened met somebody: not noise."""
+        before, self._intruders_before = self._intruders_before, intruders
+        is_met: NDArray[np.bool_] = (np.roll(is_shorter, 1) | np.roll(is_shorter, -1))[intruders]
+        if before is None:  # nothing says that a ray is noise
+            return np.ones_like(is_met)
+        for place in np.flatnonzero(~is_met).tolist():
+            ray = int(intruders[place])
+            apart = self._step * float(ranges[ray])
+            is_near = np.abs(before - ray) * apart <= self._way + _WIDTH * apart
+            is_of_scanner = before // self._fan.per_scanner == ray // self._fan.per_scanner
+            is_met[place] = (is_near & is_of_scanner).any()
+        self.awaits_next_scan = not is_met.all()
+        return is_met
 
     def _settle(self, distance: float) -> float:
         """Follow a distance that falls at once, and one that rises as soon as it is beyond noise."""

@@ -103,11 +103,32 @@ def elaborate_area_scanners(
         dropout,
         tuple(number.placement(name.value, one) for name, one in found.scanners),
     )
+    if len(diagnostics) == before:
+        _check_detection(found, scanners, diagnostics)
     return scanners if len(diagnostics) == before else None
 
 
 _FINEST = tau / 36_000
 """Least angle between two rays, rad: 0.01 degrees."""
+
+
+_HEIGHT_PER_WIDTH, _LEAST_WIDTH = 15.0, 0.05
+"""A plane that finds what is at least d wide is at least 15 (d - 50 mm) high, after ISO 13855, in m."""
+
+
+def _check_detection(found: declared.AreaScanners, scanners: AreaScanners, diagnostics: Diagnostics) -> None:
+    """Check that what passes between two rays at the end of their range is no leg at the plane's height."""
+    apart, most = scanners.step * scanners.range, scanners.height / _HEIGHT_PER_WIDTH + _LEAST_WIDTH
+    if apart > most:
+        diagnostics.error(
+            "AE112",
+            f"at {scanners.range:.4g} m rays are {1e3 * apart:.0f} mm apart, so a leg may pass between them",
+            found.resolution.span,
+            help=(
+                f"a plane {1e3 * scanners.height:.0f} mm high needs rays at most {1e3 * most:.0f} mm apart, "
+                "height / 15 + 50 mm (ISO 13855): declare a finer `resolution` or a shorter `range`",
+            ),
+        )
 
 
 def _check_measured(

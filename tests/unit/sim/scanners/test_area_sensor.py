@@ -84,6 +84,57 @@ def test_a_lost_scan_is_within_the_age_that_the_site_allows() -> None:
     assert worst <= float(most)
 
 
+class Comer(Walk):
+    """A cell in which something thin is from a tick on, at the end of the rays of the only scanner."""
+
+    def __init__(self, tick: int, y: float) -> None:
+        super().__init__(None)
+        self.tick, self.y = tick, y
+
+    def people(self) -> Sequence[Section]:
+        return (Disc(0.9, self.y, 0.0315),) if self.ticks >= self.tick else ()
+
+
+class Dropper(Comer):
+    """The same, of a thing and not of a person: it is furniture that moved."""
+
+    BARE: Sequence[Section] = ()
+
+    def __init__(self, tick: int, y: float) -> None:
+        super().__init__(tick, y)
+        self.dropped = super().people
+
+    def people(self) -> Sequence[Section]:
+        return ()
+
+    def furniture(self) -> Sequence[Section]:
+        if self.ticks < self.tick:
+            return self.BARE
+        if not self.BARE:
+            self.BARE = (Disc(0.9, self.y, 0.0315),)
+        return self.BARE
+
+
+@pytest.mark.parametrize("kind", [Comer, Dropper])
+@pytest.mark.parametrize("y", [0.0, 0.012, 0.024, 0.036])
+def test_a_reading_is_as_old_as_what_it_makes_certain(kind: type[Comer], y: float) -> None:
+    """One ray alone meets the thing at some of these places, and the second scan shows it."""
+    appears = 120
+    sensor = AreaSensor(
+        scanners_at((-4.5, 0.0, 0.0)), cell := kind(appears, y), RandomSource(3), PANDA, carriage=False
+    )
+    sensor.start(HERE)
+    found = []
+    for tick in range(1, 240):
+        cell.ticks = tick
+        sensor.tick(tick, HERE)
+        assert sensor.reading is not None
+        found.append(sensor.reading)
+    assert all((one.value < FARTHEST) == (one.time >= appears * TICK) for one in found[appears + 40 :])
+    assert not [one for one in found if one.time >= appears * TICK and one.value == FARTHEST]
+    assert max(ages([None, *found])) <= 0.096
+
+
 def test_silent_scanners_let_the_reading_age_and_recover() -> None:
     cell = Walk(None)
     sensor = AreaSensor(scanners_at(*CORNERS), cell, RandomSource(3), PANDA, carriage=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from importlib.util import find_spec
-from math import hypot
+from math import cos, hypot, radians, sin
 from pathlib import Path
 
 import numpy as np
@@ -132,16 +132,87 @@ def test_noise_makes_no_intruder() -> None:
     assert {cell.distance() for _ in range(60)} == {FARTHEST}
 
 
-@pytest.mark.parametrize(("rays", "is_noticed"), [((700,), False), ((700, 702), False), ((700, 701), True)])
-def test_one_ray_alone_is_noise_and_two_side_by_side_meet_somebody(
-    rays: tuple[int, ...], is_noticed: bool
+def noticed(*scans: tuple[int, ...]) -> list[bool]:
+    """Say after each scan if somebody is noticed; each is given by its rays that are shorter."""
+    cell, found = Cell(), []
+    free = cell.scan()
+    cell.controller.evaluate(free, RobotPosture(READY, (0.0, 0.0, 0.0)))
+    for rays in scans:
+        ranges = free.copy()
+        ranges[list(rays)] -= 0.5
+        distance = cell.controller.evaluate(ranges, RobotPosture(READY, (0.0, 0.0, 0.0)))
+        assert distance is not None
+        found.append(distance < FARTHEST)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("scans", "are_noticed"),
+    [
+        (((700,), ()), [False, False]),
+        (((700, 702), ()), [False, False]),
+        (((700, 701), ()), [True, False]),
+        (((700,), (700,)), [False, True]),
+        (((700,), (701,), (703,), ()), [False, True, True, False]),
+        (((700,), (), (700,)), [False, False, False]),
+        (((700,), (800,), (900,)), [False, False, False]),
+        (((550,), (552,)), [False, False]),  # the last but one ray of a scanner, and the second of the next
+    ],
+)
+def test_a_ray_alone_is_noise_until_the_next_scan_finds_one_there_again(
+    scans: tuple[tuple[int, ...], ...], are_noticed: list[bool]
 ) -> None:
+    assert noticed(*scans) == are_noticed
+
+
+def test_at_the_first_scan_a_ray_alone_is_somebody() -> None:
+    """Nothing says that it is noise."""
     cell = Cell()
     ranges = cell.scan()
-    ranges[list(rays)] -= 0.5
+    ranges[700] -= 0.5
     distance = cell.controller.evaluate(ranges, RobotPosture(READY, (0.0, 0.0, 0.0)))
     assert distance is not None
-    assert (distance < FARTHEST) is is_noticed
+    assert distance < FARTHEST
+
+
+def test_it_says_whether_it_awaits_the_next_scan() -> None:
+    cell, here = Cell(), RobotPosture(READY, (0.0, 0.0, 0.0))
+    free, one = cell.scan(), cell.scan()
+    one[700] -= 0.5
+    awaits = []
+    for ranges in (free, one, one, free, one, free):
+        cell.controller.evaluate(ranges, here)
+        awaits.append(cell.controller.awaits_next_scan)
+    assert awaits == [False, True, False, False, True, False]
+
+
+def far_from_a_lone_scanner(step: float) -> Cell:
+    """A cell whose only scanner is 4.6 m away, with rays some degrees apart, after a scan of nobody."""
+    scanners = scanners_at((-4.5, 1.0, 0.0))._replace(step=radians(step))
+    cell = Cell(scanners, carriage=False)
+    assert cell.distance() == FARTHEST
+    return cell
+
+
+@pytest.mark.parametrize(("step", "width"), [(0.5, 0.063), (0.8, 0.11), (1.0, 0.11)])
+def test_a_thing_wider_than_rays_are_apart_is_missed_once_at_most(step: float, width: float) -> None:
+    """Where it stands, up to the rays' end less the allowance, and where it walks, across or along them."""
+    cell, is_missed_at_first = far_from_a_lone_scanner(step), 0
+    for way in np.linspace(4.6, 5.35, 6).tolist():
+        for turn in np.linspace(0.0, 2.0 * radians(step), 9).tolist():
+            for across, along in ((0.0, 0.0), (0.048, 0.0), (0.0, -0.048)):
+                assert cell.distance() == FARTHEST
+                x, y = -4.5 + way * cos(turn), 1.0 + way * sin(turn)
+                measured = [
+                    cell.distance(Disc(x + number * along, y + number * across, width / 2))
+                    for number in range(4)
+                ]
+                is_missed_at_first += measured[0] == FARTHEST
+                last = Disc(x + 3 * along, y + 3 * across, width / 2)
+                assert max(one for one in measured[1:] if one is not None) < FARTHEST
+                assert measured[-1] is not None
+                assert measured[-1] <= true_distance(last, ROBOT_ALONE)
+    assert is_missed_at_first > 0
 
 
 def test_without_a_carriage_there_is_the_arm_alone() -> None:

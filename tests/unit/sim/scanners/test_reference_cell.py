@@ -13,7 +13,7 @@ from aeros.sim.geometry import Pose
 from aeros.sim.layouts.placement import place_things
 from aeros.sim.pictures.scene_solids import SceneSolids
 from aeros.sim.randomness import RandomSource
-from aeros.sim.scanners.sections import Section, cut
+from aeros.sim.scanners.sections import Disc, Section, cut
 from aeros.sim.scanners.sight_grid import SightGrid
 from aeros.spec.model.scene import BodyPart, Scene
 from aeros.spec.scenes.load import load_scene
@@ -75,6 +75,25 @@ def test_wherever_it_drives_the_robot_hides_no_place_for_a_person(scene: str, se
     measured = {base: cell.distance(base=base) for base in drivable() if is_free(base, cell)}
     assert len(measured) > 20
     assert {base: one for base, one in measured.items() if one != FARTHEST} == {}
+
+
+def test_a_disc_of_63_mm_is_missed_for_one_scan_at_most() -> None:
+    """As wide as the plane's height allows, 200 mm / 15 + 50 mm, all over the cell and 1.5 m around."""
+    cell = Cell(reference_scanners()._replace(noise=0.0), furniture("fetch", 1))
+    surveyed = SightGrid(cell.scanners, cell.devices.teach(cell.furniture)).surveyed
+    around = surveyed[(np.abs(surveyed - (0.55, 0.6)) < (3.65, 4.6)).all(axis=1)]
+    some = around[RandomSource(3).generator("places").choice(len(around), 300, replace=False)]
+    some = some[np.abs(some).max(axis=1) > 0.6]  # not in the robot
+    for one in cell.furniture:
+        some = some[~inside(one, some, 0.15)]
+    missed_once, missed_twice = 0, []
+    for x, y in some.tolist():
+        assert cell.distance() == FARTHEST
+        first, second = (cell.distance(Disc(x, y, 0.0315)) for _ in range(2))
+        missed_once += first == FARTHEST
+        missed_twice += [(x, y)] if second == FARTHEST else []
+    assert missed_once > 0
+    assert missed_twice == []
 
 
 @pytest.mark.parametrize("scene", ["dumpling_bench", "table", "fetch", "shelf_behind"])

@@ -107,7 +107,7 @@ area_scanners:
   floor: -300 mm
   height: 200 mm
   field_of_view: 180 deg
-  resolution: 1 deg
+  resolution: 0.5 deg
   range: 5.5 m
   period: 30 ms
   latency: 35 ms
@@ -137,7 +137,7 @@ def test_scanners_are_in_si_units(tmp_path: Path) -> None:
     assert faults == []
     assert found is not None
     assert found.measures == "human_distance"
-    assert found[1:-1] == pytest.approx((-0.3, 0.2, pi, pi / 180, 5.5, 0.03, 0.035, 0.02, 0.1, 0.25))
+    assert found[1:-1] == pytest.approx((-0.3, 0.2, pi, pi / 360, 5.5, 0.03, 0.035, 0.02, 0.1, 0.25))
     ((name, *place),) = found.scanners
     assert name == "west"
     assert place == pytest.approx([-1.6, 0.6, pi / 2])
@@ -152,7 +152,9 @@ def test_scanners_are_in_si_units(tmp_path: Path) -> None:
         ("height: 200 mm", "height: 0 mm", "AE112: `0 mm` is not above 0"),
         ("height: 200 mm", "height: 200 ms", "AE204: expected a value in m"),
         ("field_of_view: 180 deg", "field_of_view: 400 deg", "AE112: `400 deg` is more than 6.283 rad"),
-        ("resolution: 1 deg", "resolution: 0.001 deg", "AE112: `0.001 deg` is less than"),
+        ("resolution: 0.5 deg", "resolution: 0.001 deg", "AE112: `0.001 deg` is less than"),
+        ("resolution: 0.5 deg", "resolution: 0.8 deg", "AE112: at 5.5 m rays are 77 mm apart, so a leg may"),
+        ("range: 5.5 m", "range: 8 m", "AE112: at 8 m rays are 70 mm apart, so a leg may pass"),
         ("noise: 20 mm", "noise: -1 mm", "AE112: `-1 mm` is less than 0 m"),
         ("dropout: 0.25", "dropout: 1", "AE112: this number is from 0 to 1"),
         ("    west: {at: [-1.6 m, 0.6 m], facing: 90 deg}", "    {}", "AE112: without a scanner"),
@@ -167,10 +169,11 @@ def test_wrong_scanners_are_reported(tmp_path: Path, line: str, other: str, faul
     assert any(one.startswith(fault) for one in faults), faults
 
 
-def test_the_plane_of_the_reference_cell_is_high_enough_for_its_rays() -> None:
+@pytest.mark.parametrize("name", ["panda_cell", "iiwa_cell"])
+def test_the_plane_of_a_reference_cell_is_high_enough_for_its_rays(name: str) -> None:
     """Pilz, operating manual 1005056-EN-01: at least 15 (d - 50 mm), with d the distance of two rays."""
     diagnostics = Diagnostics()
-    site = load_site(reference_site_path(), diagnostics)
+    site = load_site(reference_site_path().with_name(f"{name}.yaml"), diagnostics)
     assert site is not None
     scanners = site.area_scanners
     assert scanners is not None
