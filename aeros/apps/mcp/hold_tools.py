@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, Final
 
 from aeros.apps.mcp.approvals import Approval, Approvals
@@ -11,6 +12,7 @@ from aeros.apps.mcp.client_notes import ClientNotes
 from aeros.apps.mcp.robot import McpRobotThread
 from aeros.apps.mcp.tool_arguments import ToolCallError
 from aeros.runtime.execution.governor import OperatorCommand
+from aeros.runtime.registry.control_page import MotionTimeoutError
 
 HOLD_WORDS: Final = {
     OperatorCommand.RUN: "running",
@@ -58,10 +60,13 @@ class HoldTools:
 
         Returns:
             The result of the tool.
+
+        Raises:
+            MotionTimeoutError: A motion has not ended in time; the robot is paused nevertheless.
         """
-        if self._command() is OperatorCommand.RUN:
-            self._ask(OperatorCommand.PAUSE)
-        self._notes.write_always("mcp-paused", {"client": client})
+        with self._noted("mcp-paused", client):
+            if self._command() is OperatorCommand.RUN:
+                self._ask(OperatorCommand.PAUSE)
         return {"status": HOLD_WORDS[self._command()]}
 
     def stop(self, client: str) -> dict[str, Any]:
@@ -72,10 +77,15 @@ class HoldTools:
 
         Returns:
             The result of the tool.
+
+        Raises:
+            MotionTimeoutError: A motion has not ended in time; the plans are void nevertheless.
         """
-        self._ask(OperatorCommand.STOP)
-        self._discard_plans()
-        self._notes.write_always("mcp-stopped", {"client": client})
+        with self._noted("mcp-stopped", client):
+            try:
+                self._ask(OperatorCommand.STOP)
+            finally:
+                self._discard_plans()
         return {"status": HOLD_WORDS[self._command()]}
 
     def resume(self, client: str) -> dict[str, Any]:
@@ -104,6 +114,16 @@ class HoldTools:
         self._notes.write_always("mcp-resumed", {"client": client, "approved": approval_note(approval)})
         self._ask(OperatorCommand.RUN)
         return {"status": "resumed"}
+
+    @contextmanager
+    def _noted(self, event: str, client: str) -> Iterator[None]:
+        """Write a note of the block, also if a motion outlasts it."""
+        try:
+            yield
+        except MotionTimeoutError:
+            self._notes.write_always(event, {"client": client, "still_moving": True})
+            raise
+        self._notes.write_always(event, {"client": client})
 
 
 def approval_note(approval: Approval) -> dict[str, Any]:

@@ -46,6 +46,7 @@ class Operator(FixedGovernor):
         self.in_force = configuration
         self.asked = OperatorCommand.RUN
         self.at_first: dict[str, Callable[[], None]] = {}
+        self.after_asked: Callable[[], None] | None = None
 
     @property
     def command(self) -> OperatorCommand:
@@ -65,6 +66,8 @@ class Operator(FixedGovernor):
         # A pause does not take back a stop, whichever comes first on a busy machine.
         if (self.asked, command) != (OperatorCommand.STOP, OperatorCommand.PAUSE):
             self.asked = command
+        if self.after_asked is not None:
+            self.after_asked()
 
     def hear(self, line: bytes) -> None:
         do = self.at_first.pop(json.loads(line)["event"], None)

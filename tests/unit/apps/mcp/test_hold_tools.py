@@ -8,7 +8,10 @@ from pathlib import Path
 import pytest
 
 from aeros.apps.mcp.approvals import approve, reject
+from aeros.apps.mcp.tool_arguments import ToolCallError
+from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.registry.control_page import MotionTimeoutError
 from aeros.spec.model.policy import McpPolicy
 from tests.unit.apps.mcp.cells import FREE, Cell, cell, dumplings
 
@@ -46,3 +49,27 @@ def test_to_resume_needs_the_operator_on_every_site(
 def test_a_pause_does_not_take_a_stop_back(free: Cell) -> None:
     free.call("stop")
     assert free.call("pause") == {"status": "stopped"}
+
+
+def test_a_stop_that_comes_late_voids_plans_and_approvals_all_the_same(
+    configuration: Configuration, tmp_path: Path
+) -> None:
+    with cell(configuration, tmp_path, McpPolicy()) as one:
+        plan = one.proposed()
+        approve(tmp_path / "state", one.call("execute_plan", plan=plan)["operator"].split()[-1])
+        one.operator.after_asked = late
+        for tool in ("pause", "stop"):
+            with pytest.raises(ToolCallError, match="still moving after 10 s; use the robot's emergency stop"):
+                one.call(tool)
+        one.operator.after_asked = None
+        one.operator.ask(OperatorCommand.RUN)
+        with pytest.raises(ToolCallError, match="unknown plan"):
+            one.call("execute_plan", plan=plan)
+        assert list((tmp_path / "state" / "approvals").iterdir()) == []
+        for event in ("mcp-paused", "mcp-stopped"):
+            assert one.noted(event) == [{"client": "a client 1.0", "still_moving": True}]
+
+
+def late() -> None:
+    """What the control page does if an action goes on."""
+    raise MotionTimeoutError("after 10 s")
