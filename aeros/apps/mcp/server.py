@@ -38,7 +38,9 @@ DISCONNECT_KEY: Final = "aeros.disconnected"
 MAX_CALLS: Final = 64
 """Calls at once; further ones are refused, but for those that hold the robot."""
 
-_HOLD_TOOLS: Final = frozenset(("pause", "stop"))
+HOLD_TOOLS: Final = frozenset(("pause", "stop"))
+"""Tools that hold the robot."""
+
 _READ_ONLY_TOOLS: Final = frozenset(("list_skills", "state", "propose_plan"))
 _APPROVAL: Final = "approval"
 _APPROVE: Final = "approve"
@@ -104,7 +106,7 @@ class _Handlers:
     async def call_tool(
         self, context: _Context, params: types.CallToolRequestParams
     ) -> types.CallToolResult | types.InputRequiredResult:
-        is_holding = params.name in _HOLD_TOOLS
+        is_holding = params.name in HOLD_TOOLS
         if self._calls >= MAX_CALLS and not is_holding:
             return _error(f"too many calls at once ({MAX_CALLS}); wait for their results")
         self._calls += 1

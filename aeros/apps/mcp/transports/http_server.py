@@ -7,10 +7,9 @@ in that order.  So a web page that rebinds its name to this host is refused befo
 from __future__ import annotations
 
 import hmac
-import json
 import socket
 import threading
-from collections.abc import Awaitable, Callable, Iterator, MutableMapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Final
 
@@ -21,20 +20,24 @@ from mcp.server.transport_security import TransportSecuritySettings
 
 from aeros.apps.mcp.server import DISCONNECT_KEY
 from aeros.apps.mcp.transports.http_address import HTTP_PATH, allowed_hosts
+from aeros.apps.mcp.transports.http_connection import BoundedConnection
+from aeros.apps.mcp.transports.request_limit import (
+    MAX_BODY_BYTES,
+    Application,
+    Message,
+    Receive,
+    RequestLimit,
+    Send,
+    refuse,
+)
 
 MAX_SESSIONS: Final = 16
 UNATTENDED_LIMIT_S: Final = 10.0
 """Real time for which a plan goes on while no client waits for it (s)."""
 
 _POLL_INTERVAL_S: Final = 0.1  # s
-_MAX_BODY_BYTES: Final = 1_000_000
-_MAX_CONNECTIONS: Final = 64
+_MAX_BACKLOG: Final = 128
 _SESSION_IDLE_S: Final = 600.0
-
-_Message = MutableMapping[str, Any]
-_Receive = Callable[[], Awaitable[_Message]]
-_Send = Callable[[_Message], Awaitable[None]]
-_Application = Callable[[_Message, _Receive, _Send], Awaitable[None]]
 
 
 def serve_http(
@@ -58,19 +61,20 @@ def serve_http(
     app: Any = server.streamable_http_app(
         streamable_http_path=HTTP_PATH,
         host=listener.getsockname()[0],
-        max_request_body_size=_MAX_BODY_BYTES,
+        max_request_body_size=MAX_BODY_BYTES,
         max_sessions=MAX_SESSIONS,
         session_idle_timeout=_SESSION_IDLE_S,
         transport_security=TransportSecuritySettings(allowed_hosts=hosts, allowed_origins=origins),
     )
     configuration = uvicorn.Config(
-        RequestGuard(app, hosts, origins, token),
+        RequestGuard(RequestLimit(app), hosts, origins, token),
+        http=BoundedConnection,
         log_level="error",
         access_log=False,
         lifespan="on",
         ws="none",
         server_header=False,
-        limit_concurrency=_MAX_CONNECTIONS,
+        backlog=_MAX_BACKLOG,
         timeout_graceful_shutdown=1,
     )
     http = _HttpServer(configuration)
@@ -111,13 +115,13 @@ class RequestGuard:
         token: Token that each request has to present.
     """
 
-    def __init__(self, app: _Application, hosts: list[str], origins: list[str], token: str) -> None:
+    def __init__(self, app: Application, hosts: list[str], origins: list[str], token: str) -> None:
         self._app = app
         self._hosts = frozenset(one.encode() for one in hosts)
         self._origins = frozenset(one.encode() for one in origins)
         self._token = token.encode()
 
-    async def __call__(self, scope: _Message, receive: _Receive, send: _Send) -> None:
+    async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
         """Implement ASGI: answer a request with a refusal, or pass it on.
 
         Args:
@@ -130,25 +134,25 @@ class RequestGuard:
             return
         refusal = self._refusal(scope)
         if refusal is not None:
-            await _refuse(send, *refusal)
+            await refuse(receive, send, *refusal)
             return
         scope[DISCONNECT_KEY] = disconnected = threading.Event()
         is_complete = False
 
-        async def listen() -> _Message:
+        async def listen() -> Message:
             message = await receive()
             if message["type"] == "http.disconnect" and not is_complete:
                 disconnected.set()
             return message
 
-        async def answer(message: _Message) -> None:
+        async def answer(message: Message) -> None:
             nonlocal is_complete
             is_complete |= message["type"] == "http.response.body" and not message.get("more_body", False)
             await send(message)
 
         await self._app(scope, listen, answer)
 
-    def _refusal(self, scope: _Message) -> tuple[int, str] | None:
+    def _refusal(self, scope: Message) -> tuple[int, str] | None:
         """Return status and text of the refusal of a request; None if it is passed on."""
         given = _headers(scope)
         if scope["type"] != "http":
@@ -164,16 +168,7 @@ class RequestGuard:
         return None
 
 
-async def _refuse(send: _Send, status: int, text: str) -> None:
-    body = json.dumps({"error": text}).encode()
-    headers = [(b"content-type", b"application/json"), (b"content-length", str(len(body)).encode())]
-    if status == 401:
-        headers.append((b"www-authenticate", b"Bearer"))
-    await send({"type": "http.response.start", "status": status, "headers": headers})
-    await send({"type": "http.response.body", "body": body})
-
-
-def _headers(scope: _Message) -> dict[bytes, list[bytes]]:
+def _headers(scope: Message) -> dict[bytes, list[bytes]]:
     found: dict[bytes, list[bytes]] = {}
     for name, value in scope["headers"]:
         found.setdefault(name.lower(), []).append(value)

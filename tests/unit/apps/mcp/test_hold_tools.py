@@ -59,7 +59,9 @@ def test_a_stop_that_comes_late_voids_plans_and_approvals_all_the_same(
         approve(tmp_path / "state", one.call("execute_plan", plan=plan)["operator"].split()[-1])
         one.operator.after_asked = late
         for tool in ("pause", "stop"):
-            with pytest.raises(ToolCallError, match="still moving after 10 s; use the robot's emergency stop"):
+            with pytest.raises(
+                ToolCallError, match="still moving after 10 s; use the robot's emergency stop"
+            ):
                 one.call(tool)
         one.operator.after_asked = None
         one.operator.ask(OperatorCommand.RUN)
