@@ -73,5 +73,5 @@ def test_a_stop_that_comes_late_voids_plans_and_approvals_all_the_same(
 
 
 def late() -> None:
-    """What the control page does if an action goes on."""
+    """Do as the control page does if an action goes on."""
     raise MotionTimeoutError("after 10 s")

@@ -22,8 +22,7 @@ SENT = {
     "nothing": "",
     "half a head": HEAD,
     "half a body": f"{HEAD}Content-Length: 100\r\n\r\n{{",
-    "a request without token or body": HEAD.replace(TOKEN, "b")
-    + "Content-Length: 9\r\n\r\n",
+    "a request without token or body": HEAD.replace(TOKEN, "b") + "Content-Length: 9\r\n\r\n",
     "a refused request": HEAD.replace(TOKEN, "b") + "Content-Length: 1\r\n\r\n{",
     "one request and half of another": f"{HEAD}Content-Length: 1\r\n\r\n{{{HEAD}",
 }
