@@ -72,8 +72,8 @@ class PersonDistance:
         farthest: distance if nobody is there, m.
 
     Attributes:
-        awaits_next_scan: in the newest scan a ray alone, nearer than all else, was shorter; it may be noise. If
-            it has met somebody, the next scan shows it; the distance is of whoever was there a scan before.
+        awaits_next_scan: in the newest scan a ray alone, nearer than all else, was shorter, perhaps by noise.
+            If it has met somebody, the next scan shows it; the distance is of who was there a scan before.
     """
 
     def __init__(
