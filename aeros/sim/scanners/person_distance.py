@@ -72,8 +72,8 @@ class PersonDistance:
         farthest: distance if nobody is there, m.
 
     Attributes:
-        awaits_next_scan: in the newest scan a ray alone was shorter, which may be noise. If it has met
-            somebody, the next scan shows it; whoever was there at the scan before is in the distance.
+        awaits_next_scan: in the newest scan a ray alone, nearer than all else, was shorter, perhaps by noise.
+            If it has met somebody, the next scan shows it; the distance is of who was there a scan before.
     """
 
     def __init__(
@@ -122,10 +122,13 @@ class PersonDistance:
             own |= robot.covers_with_links(points, self._plane, self._allowance)
         hidden = self._grid.hidden_places(shorter, lengths, robot, self._plane)
         is_met = self._is_met(shorter[~own], ranges, is_shorter)
-        places = np.concatenate((points[~own][is_met], hidden))
+        places, alone = np.concatenate((points[~own][is_met], hidden)), points[~own][~is_met]
+        nearest = robot.distance(places) if len(places) else self._farthest
+        # What one that is farther away has met makes no difference.
+        self.awaits_next_scan = bool(len(alone)) and robot.distance(alone) < nearest
         if not len(places):
             return self._settle(self._farthest)
-        return self._settle(max(0.0, min(self._farthest, robot.distance(places) - self._allowance)))
+        return self._settle(max(0.0, min(self._farthest, nearest - self._allowance)))
 
     def _is_met(self, intruders: Indices, ranges: Array, is_shorter: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Say which of the rays that something else than the robot has shortened met somebody: not noise."""
@@ -139,7 +142,6 @@ class PersonDistance:
             is_near = np.abs(before - ray) * apart <= self._way + _WIDTH * apart
             is_of_scanner = before // self._fan.per_scanner == ray // self._fan.per_scanner
             is_met[place] = (is_near & is_of_scanner).any()
-        self.awaits_next_scan = not is_met.all()
         return is_met
 
     def _settle(self, distance: float) -> float:

@@ -186,6 +186,17 @@ def test_it_says_whether_it_awaits_the_next_scan() -> None:
     assert awaits == [False, True, False, False, True, False]
 
 
+def test_a_ray_alone_that_is_farther_than_somebody_is_not_waited_for() -> None:
+    cell, here = Cell(), RobotPosture(READY, (0.0, 0.0, 0.0))
+    person = Disc(1.2, 0.0, 0.25)
+    before, ranges = cell.scan([person]), cell.scan([person])
+    untouched = np.flatnonzero((before == cell.scan()) & (before == cell.scanners.range))
+    ranges[untouched[len(untouched) // 2]] -= 0.2
+    for one in (before, ranges):
+        cell.controller.evaluate(one, here)
+    assert not cell.controller.awaits_next_scan
+
+
 def far_from_a_lone_scanner(step: float) -> Cell:
     """A cell whose only scanner is 4.6 m away, with rays some degrees apart, after a scan of nobody."""
     scanners = scanners_at((-4.5, 1.0, 0.0))._replace(step=radians(step))
