@@ -278,6 +278,7 @@ def test_a_port_that_is_none_is_refused(
     assert "expected a port from 0 to 65535" in capsys.readouterr().err
 
 
+@pytest.mark.deep
 def test_without_its_plant_a_task_ends_and_is_not_resumed_on_another(tmp_path: Path) -> None:
     # With ticks, over a second of computing lies between the end of the first step and that of the task.
     watched = Watched(tmp_path, "--plant", "kinematic")

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -75,7 +76,11 @@ def test_verify_says_what_it_checked_and_what_nobody_could_notice(
     assert (
         f"chain        sound, {count} records: {decisions_in(ran)} allowed, 0 attenuated, 0 denied" in message
     )
-    assert "signatures   not checked: no --public-key, though 5 checkpoints are in the log" in message
+    assert re.search(
+        r"^signatures   not checked: no --public-key, though \d+ checkpoints are in the log$",
+        message,
+        re.MULTILINE,
+    )
     assert "NOT CHECKED  records removed at the end\n" in message
     assert audit("verify", ran, *with_key(ran)) == Exit.SUCCESS
     message = capsys.readouterr().out

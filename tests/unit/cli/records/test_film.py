@@ -54,6 +54,7 @@ def test_a_film_has_the_options_that_were_given(
         "title": "demo",
         "has_captions": False,
         "has_insets": True,
+        "has_shadows": True,
     }
 
 

@@ -201,4 +201,4 @@ def test_show_has_the_record_of_each_set_of_inputs_and_what_prevented_a_skill(
         "  2 of 4 succeeded, next 50% with force = 0.5\n  0 of 1 succeeded, next 33% with force = 2.0\n"
         in out
     )
-    assert "  prevented 1 times by rule `separation`\n" in out
+    assert "  prevented 1 time by rule `separation`\n" in out

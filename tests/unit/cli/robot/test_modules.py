@@ -107,7 +107,7 @@ def test_the_list_finds_by_capability_and_is_there_for_programs(capsys: pytest.C
 
 @pytest.mark.parametrize(
     "command",
-    [("run", "--plant", "symbolic"), ("mcp", "--plant", "symbolic"), ("plan",)],
+    [("run", "--plant", "symbolic"), ("mcp", "--plant", "symbolic", "--http", "127.0.0.1:0"), ("plan",)],
     ids=lambda command: command[0],
 )
 @pytest.mark.usefixtures("robot")

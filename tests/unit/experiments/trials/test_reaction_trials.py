@@ -21,6 +21,7 @@ def tried(latency: str) -> Findings:
         return trial(0)
 
 
+@pytest.mark.deep
 def test_the_stop_is_made_in_the_tick_of_the_hazard_whether_anybody_thinks_or_not() -> None:
     at_once, asleep = tried("0"), tried("3")
     # On a busy machine the planner without latency may be at work in that tick, too.
