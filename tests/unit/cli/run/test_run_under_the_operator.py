@@ -170,9 +170,8 @@ def test_the_server_of_mcp_clients_starts_no_withdrawn_module(
     pytest.importorskip("mcp")
     shutil.copytree(installed, "robot")
     assert main(["deactivate", _MODULE, "--state", "robot"]) == 0
-    assert (
-        main(["mcp", "fetch the object", "--ecms", "ecms", "--state", "robot", "--http", "127.0.0.1:0"]) == 1
-    )
+    options = ["--ecms", "ecms", "--state", "robot", "--http", "127.0.0.1:0"]
+    assert main(["mcp", "fetch the object", *options]) == 1
     assert f"`{_MODULE}` is no longer active on this robot" in capsys.readouterr().err
 
 
