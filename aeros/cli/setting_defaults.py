@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -70,7 +70,7 @@ def set_defaults(command: argparse.ArgumentParser, settings: ProjectSettings) ->
     if any(action.dest == "paths" for action in command._actions) and "ecms" in settings.options:
         defaults["paths"] = settings.options["ecms"]  # of `aeros verify`
     command.set_defaults(**defaults)
-    for inner in _inner_parsers(command):
+    for inner in inner_parsers(command):
         set_defaults(inner, settings)
 
 
@@ -88,7 +88,15 @@ def add_repeated(parsed: argparse.Namespace, settings: ProjectSettings) -> None:
     )
 
 
-def _inner_parsers(command: argparse.ArgumentParser) -> Iterable[argparse.ArgumentParser]:
+def inner_parsers(command: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
+    """Find the parsers of a command's own commands, such as `audit show`.
+
+    Args:
+        command: the parser of the command.
+
+    Yields:
+        Their parsers.
+    """
     for action in command._actions:
         if isinstance(action, argparse._SubParsersAction):
             yield from action.choices.values()
@@ -96,4 +104,4 @@ def _inner_parsers(command: argparse.ArgumentParser) -> Iterable[argparse.Argume
 
 def _has(command: argparse.ArgumentParser, dest: str) -> bool:
     own = any(action.dest == dest for action in command._actions)
-    return own or any(_has(inner, dest) for inner in _inner_parsers(command))
+    return own or any(_has(inner, dest) for inner in inner_parsers(command))

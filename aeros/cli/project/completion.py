@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from aeros.cli.arguments import add_command, existing_path, writable_path
+from aeros.cli.setting_defaults import inner_parsers
 from aeros.exit_codes import Exit
 
 if TYPE_CHECKING:
@@ -42,10 +44,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
     parser = all_parsers()
     for action in _actions(parser):
-        is_path = (
-            action.type in (existing_path, writable_path) or getattr(action.type, "__name__", "") == "Path"
-        )
-        if is_path:
+        if action.type in (existing_path, writable_path, Path):
             # shtab looks for this attribute; argparse has no place for it.
             action.complete = shtab.FILE  # type: ignore[attr-defined]
     print(shtab.complete(parser, shell=arguments.shell))
@@ -53,8 +52,6 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
-    for action in parser._actions:  # argparse lists them nowhere else
-        yield action
-        if isinstance(action, argparse._SubParsersAction):
-            for inner in action.choices.values():
-                yield from _actions(inner)
+    yield from parser._actions  # argparse lists them nowhere else
+    for inner in inner_parsers(parser):
+        yield from _actions(inner)
