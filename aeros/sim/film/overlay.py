@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from bisect import bisect_right
 from functools import lru_cache
 from math import radians, tan
 from typing import Final
@@ -123,9 +124,9 @@ class Overlay:
         shown = legible(text)
         if font.getlength(shown) <= width:
             return shown
-        while shown and font.getlength(shown + "...") > width:
-            shown = shown[:-1]
-        return shown.rstrip() + "..."
+        lengths = range(len(shown) + 1)
+        kept = bisect_right(lengths, width, key=lambda length: font.getlength(shown[:length] + "..."))
+        return shown[: max(0, kept - 1)].rstrip() + "..."
 
     def _draw_title(self, draw: ImageDraw.ImageDraw, clock: str) -> None:
         u, margin = self._scaled, self._scaled(20)

@@ -14,7 +14,7 @@ from aeros.runtime.audit.log import verify_log
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.text.discovery import reference_site_path
-from tests.unit.apps.report_page.left_runs import decision, old_run, run_symbolic
+from tests.unit.apps.report_page.left_runs import copied_run, decision, old_run
 
 
 class Writing:
@@ -170,7 +170,7 @@ def test_a_motion_under_way_is_held_against_its_bounds(tmp_path: Path) -> None:
 
 
 def test_a_finished_run_is_seen_whole(tmp_path: Path) -> None:
-    out = run_symbolic(tmp_path)
+    out = copied_run(tmp_path)
     run = RunFollower(out)
     run.read()
     assert run.ended is not None

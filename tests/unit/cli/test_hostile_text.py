@@ -176,6 +176,7 @@ def test_no_argument_of_any_command_is_written_as_it_is(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("time.sleep", lambda _: None)
+    monkeypatch.setattr("aeros.cli.project.demo.best_plant", lambda: "symbolic")
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))
     (tmp_path / "ecms").mkdir()
     given = dict.fromkeys(("module", "old", "new", "ecm", "paths"), f"{folder}/ecms/clean_table")

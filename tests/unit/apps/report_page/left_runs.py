@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import atexit
 import json
 import lzma
+import shutil
+import tempfile
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +28,21 @@ def run_symbolic(folder: Path, *arguments: str) -> Path:
     )  # fmt: skip
     assert code == 0
     return out
+
+
+def copied_run(folder: Path, *arguments: str) -> Path:
+    """A copy of that run, which a process runs once; its state names the place where it was run."""
+    for name in ("out", "state"):
+        shutil.copytree(_run_once(arguments) / name, folder / name)
+    return folder / "out"
+
+
+@cache
+def _run_once(arguments: tuple[str, ...]) -> Path:
+    folder = Path(tempfile.mkdtemp())
+    atexit.register(shutil.rmtree, folder)
+    run_symbolic(folder, *arguments)
+    return folder
 
 
 def decision(time: float, verdict: str = "ALLOW", skill: str = "reach", **more: Any) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from aeros.apps.report_page.page import page_of
 from aeros.apps.report_page.run_data import read_run_data
 from aeros.runtime.audit.log import verify_log
 from aeros.sim.film.film_span import FilmSpan
-from tests.unit.apps.report_page.left_runs import decision, run_symbolic, written_run
+from tests.unit.apps.report_page.left_runs import copied_run, decision, written_run
 from tests.unit.sim.film.mp4_boxes import film_bytes
 
 HOSTILE = (
@@ -95,7 +95,7 @@ def test_text_of_a_module_stays_text(text: str, tmp_path: Path) -> None:
 
 
 def test_a_page_refers_to_nothing_outside_itself(tmp_path: Path) -> None:
-    out = run_symbolic(tmp_path, "--report")
+    out = copied_run(tmp_path, "--report")
     page = (out / "report.html").read_text()
     found = elements(page)
     assert not {"link", "iframe", "object", "embed", "img", "base", "a"} & set(found.tags)
@@ -114,7 +114,7 @@ def test_no_script_may_run_but_its_own(tmp_path: Path) -> None:
 
 
 def test_a_run_is_reported_whole(tmp_path: Path) -> None:
-    out = run_symbolic(tmp_path, "--report")
+    out = copied_run(tmp_path, "--report")
     allowed = verify_log(out / "audit.jsonl").decisions.allowed
     text = " ".join(elements((out / "report.html").read_text()).text)
     for message in (

@@ -11,11 +11,11 @@ import pytest
 from aeros.apps.report_page.page import page_of
 from aeros.apps.report_page.run_data import SkillExecution, read_run_data
 from aeros.spec.migrations.renamed_names import trace_to_2
-from tests.unit.apps.report_page.left_runs import decision, old_run, run_symbolic, written_run
+from tests.unit.apps.report_page.left_runs import copied_run, decision, old_run, written_run
 
 
 def test_steps_are_reported_with_role_and_outcome(tmp_path: Path) -> None:
-    left = read_run_data(run_symbolic(tmp_path))
+    left = read_run_data(copied_run(tmp_path))
     assert [(run.skill.partition(".")[2], run.role, run.result_text, run.failed) for run in left.runs] == [
         ("prepare", "step", "missed", True),
         ("prepare", "step", "laid_out", False),
@@ -55,14 +55,14 @@ def test_a_trace_that_two_versions_wrote_is_read(tmp_path: Path) -> None:
 
 
 def test_a_trace_that_says_other_things_than_the_record_is_noticed(tmp_path: Path) -> None:
-    out = run_symbolic(tmp_path)
+    out = copied_run(tmp_path)
     trace = out / "trace.jsonl"
     trace.write_text(trace.read_text().replace('"missed"', '"laid_out"'))
     assert read_run_data(out).problems == ["trace.jsonl disagrees with the audit log"]
 
 
 def test_a_fault_that_the_plant_reported_is_no_contradiction(tmp_path: Path) -> None:
-    out = run_symbolic(tmp_path)
+    out = copied_run(tmp_path)
     fault = {"time": 1.0, "kind": "fault-started", "text": "slips", "details": {}}
     trace = out / "trace.jsonl"
     trace.write_text(json.dumps(fault) + "\n" + trace.read_text())
@@ -72,7 +72,7 @@ def test_a_fault_that_the_plant_reported_is_no_contradiction(tmp_path: Path) -> 
 
 
 def test_without_trace_and_samples_the_record_is_enough(tmp_path: Path) -> None:
-    out = run_symbolic(tmp_path)
+    out = copied_run(tmp_path)
     (out / "trace.jsonl").unlink()
     (out / "measured.jsonl").unlink()
     left = read_run_data(out)

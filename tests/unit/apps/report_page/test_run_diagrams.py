@@ -7,7 +7,7 @@ from pathlib import Path
 from aeros.apps.drawings.drawing import svg
 from aeros.apps.report_page.run_data import RunData, SkillExecution, TraceEvent, read_run_data
 from aeros.apps.report_page.run_diagrams import plan_diagram, run_diagram
-from tests.unit.apps.report_page.left_runs import run_symbolic
+from tests.unit.apps.report_page.left_runs import copied_run
 
 
 def test_the_latest_plan_is_drawn_with_how_its_parts_were_left() -> None:
@@ -38,7 +38,7 @@ def test_the_latest_plan_is_drawn_with_how_its_parts_were_left() -> None:
 
 
 def test_transitions_between_steps_are_counted(tmp_path: Path) -> None:
-    drawing = run_diagram(read_run_data(run_symbolic(tmp_path)))
+    drawing = run_diagram(read_run_data(copied_run(tmp_path)))
     names = {node.id: node.lines[0].partition(".")[2] or node.lines[0] for node in drawing.nodes}
     assert {(names[e.source], names[e.target], e.label, e.dashed) for e in drawing.edges} == {
         ("make dumplings", "prepare", "", False),

@@ -10,12 +10,12 @@ import pytest
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.spec.text.discovery import reference_site_path
-from tests.unit.apps.report_page.left_runs import run_symbolic
+from tests.unit.apps.report_page.left_runs import copied_run
 
 
 @pytest.fixture(scope="module")
 def left(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return run_symbolic(tmp_path_factory.mktemp("run"))
+    return copied_run(tmp_path_factory.mktemp("run"))
 
 
 def _report(out: Path, *arguments: str) -> int:
@@ -65,7 +65,7 @@ def test_signatures_are_checked_where_a_key_is_given(
     for name in ("mine", "other"):
         assert main(["audit", "keygen", "--out", str(tmp_path / name)]) == Exit.SUCCESS
     anchor = str(tmp_path / "anchor")
-    out = run_symbolic(tmp_path, "--audit-key", str(tmp_path / "mine"), "--anchor", anchor)
+    out = copied_run(tmp_path, "--audit-key", str(tmp_path / "mine"), "--anchor", anchor)
     assert _report(out, "--public-key", str(tmp_path / "mine.pub"), "--anchor", anchor) == Exit.SUCCESS
     assert "are all there" in (out / "report.html").read_text()
     assert _report(out, "--public-key", str(tmp_path / "other.pub")) == Exit.REJECTED
