@@ -49,7 +49,7 @@ from aeros.spec.verification.repairs.module_repair import (
     ModuleVerdicts,
     find_module_repairs,
 )
-from aeros.spec.verification.repairs.repair import Repair
+from aeros.spec.verification.repairs.repair import Repair, advice
 from aeros.spec.verification.reports import (
     ModuleFindings,
     SubjectReport,
@@ -198,7 +198,7 @@ def _with_module_repairs(
 
 
 def _with_repair(diagnostic: Diagnostic, repair: Repair) -> Diagnostic:
-    return replace(diagnostic, help=(f"write `{repair.line}`", *diagnostic.help), fix=repair.fix)
+    return replace(diagnostic, help=(advice(repair.line), *diagnostic.help), fix=repair.fix)
 
 
 def _judge(
@@ -413,7 +413,7 @@ def diagnostic_of(finding: ObligationResult) -> Diagnostic | None:
     if finding.witness is not None and finding.witness.variables:
         notes += ("for example, with\n" + "\n".join(finding.witness.lines()),)
     primary, *secondary = finding.labels or (one.primary, *one.secondary)
-    help_ = (f"write `{finding.repair}`",) if finding.repair else ()
+    help_ = (advice(finding.repair),) if finding.repair else ()
     return Diagnostic(
         one.code,
         one.headline,

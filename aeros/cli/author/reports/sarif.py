@@ -155,7 +155,7 @@ def _fix(fix: Fix) -> dict[str, Any]:
     replacement = {"deletedRegion": _region(fix.span), "insertedContent": {"text": fix.text}}
     artifact = {"uri": _uri(Path(fix.span.source.path))}
     return {
-        "description": {"text": _visible_text(f"write {fix.text}")},
+        "description": {"text": _visible_text(f"write {fix.text}") if fix.text else "remove this"},
         "artifactChanges": [{"artifactLocation": artifact, "replacements": [replacement]}],
     }
 

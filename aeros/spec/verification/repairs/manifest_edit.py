@@ -123,6 +123,31 @@ class ManifestEditor:
             return None
         return Fix(SourceSpan(self.source, line_start, before.span.start), f"{lead}{text}\n{lead}")
 
+    def remove_entry(self, mapping: Node | None, key: str) -> Fix | None:
+        """Remove a key with its value, and the comment behind it; comments on other lines stay.
+
+        Args:
+            mapping: the mapping.
+            key: a key that it has beside others.
+
+        Returns:
+            The edit; None if the node is no mapping with that key and another, or more than a line would go.
+        """
+        keys = [one.text for one, _ in mapping.entries] if isinstance(mapping, MappingNode) else []
+        if not isinstance(mapping, MappingNode) or key not in keys or len(keys) < 2:
+            return None
+        number = keys.index(key)
+        start, end = mapping.entries[number][0].span.start, _end_of(mapping.entries[number][1])
+        text = self.source.text
+        line_start = text.rfind("\n", 0, start) + 1
+        if not self._is_flow(mapping) and not text[line_start:start].strip():
+            start, end = line_start, text.find("\n", end) + 1 or len(text)
+        elif number + 1 < len(keys):
+            end = mapping.entries[number + 1][0].span.start
+        else:
+            start = _end_of(mapping.entries[number - 1][1])
+        return None if "\n" in text[start:end].rstrip("\n") else Fix(SourceSpan(self.source, start, end), "")
+
     def conjoin(self, condition: Node | None, other: str) -> Fix | None:
         """Replace a condition by its conjunction with another.
 

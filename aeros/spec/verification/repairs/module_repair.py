@@ -12,7 +12,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
@@ -20,12 +20,13 @@ from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics.codes import Diagnostic, Fix
 from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.elaborate.scopes import state_scope
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.expr import terms as t
+from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.hold_conditions import HOLD_LOST
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId, ClaimPattern
 from aeros.spec.obligations.safety import state_rules_of_skill
-from aeros.spec.text.nodes import MappingNode, ScalarNode, SequenceNode
+from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from aeros.spec.verification.repairs.edits import ConditionEditor
 from aeros.spec.verification.repairs.manifest_edit import ManifestEditor, quoted
 from aeros.spec.verification.repairs.repair import Repair
@@ -190,7 +191,8 @@ class _Proposals:
             ClaimForm.HANDLER_READY_CASE: self._require_at_start,
             ClaimForm.RULES_DISPATCH: self._call_when_ready,
             ClaimForm.RULES_PROGRESS: self._recover,
-            ClaimForm.RULES_KEEP_INVARIANT: self._recover,
+            ClaimForm.RULES_KEEP_INVARIANT: self._keep_invariant,
+            ClaimForm.RULES_EFFECTIVE: self._correct_start,
         }
 
     def for_claim(self, failed: FailedClaim) -> Candidates:
@@ -356,6 +358,63 @@ class _Proposals:
                 line = f"{{unless: {quoted(condition)}, do: {name}}}"
                 yield f"- {line}` before the rule for `{called}", self.editor.insert_item(rules, rule, line)
 
+    def _keep_invariant(self, failed: FailedClaim) -> Candidates:
+        """Do something else after a failure, or first bring about what the invariant needs."""
+        task = self._ecm.tasks[failed.id.name_of("task")]
+        invariant = next(one for one in task.invariants if one.id == failed.id.name_of("invariant"))
+        rules = self.editor.node("tasks", task.id, "rules")
+        for rule in rules.items if isinstance(rules, SequenceNode) else ():
+            if isinstance(rule, MappingNode):
+                yield from self._handle_otherwise(rule)
+                yield from self._bring_about_before(rules, rule, frozenset(t.variables_of(invariant.term)))
+        yield from self._recover(failed)
+
+    def _handle_otherwise(self, rule: MappingNode) -> Candidates:
+        """Run another skill than a rule does between two tries or after a failure, or none."""
+        for key, value in rule.entries:
+            if key.text in ("between_tries", "on_failure") and isinstance(value, ScalarNode):
+                for name in self._ecm.skills:
+                    if name != value.text:
+                        yield f"{key.text}: {name}", self.editor.replace(value, name)
+                line = f"remove `{key.text}` from that rule"
+                yield line, self.editor.remove_entry(rule, key.text)
+
+    def _bring_about_before(self, rules: Node | None, rule: MappingNode, names: frozenset[str]) -> Candidates:
+        """Before the rule of a skill that changes some of `names`, run one that sets another of them."""
+        called = next(
+            (one.text for key, one in rule.entries if key.text == "do" and isinstance(one, ScalarNode)), ""
+        )
+        changed = names & _effects_of(self._ecm.skills.get(called)).keys()
+        for name, skill in self._ecm.skills.items() if changed else ():
+            for affected, value in _effects_of(skill).items():
+                word = affected.removeprefix(f"{self._ecm.id}.")
+                if name == called or affected not in names - changed:
+                    continue
+                if isinstance(value, bool):
+                    needed = word if value else f"not {word}"
+                elif isinstance(value, str):
+                    needed = f"{word} == {value}"
+                else:
+                    continue
+                line = f"{{unless: {quoted(needed)}, do: {name}}}"
+                yield f"- {line}` before the rule for `{called}", self.editor.insert_item(rules, rule, line)
+
+    def _correct_start(self, failed: FailedClaim) -> Candidates:
+        """Leave a value out of `initial`, so that it may be anything, or state the opposite."""
+        task = self._ecm.tasks[failed.id.name_of("task")]
+        initial = self.editor.node("tasks", task.id, "initial")
+        named = _BACKTICKED.findall(failed.diagnostic.headline)
+        for key, value in initial.entries if isinstance(initial, MappingNode) else ():
+            full = key.text if key.text in task.initial else f"{self._ecm.id}.{key.text}"
+            if full not in t.variables_of(task.goal) and not {key.text, full} & set(named):
+                continue
+            opposite = (
+                {"true": "false", "false": "true"}.get(value.text) if isinstance(value, ScalarNode) else None
+            )
+            if opposite is not None:
+                yield f"{key.text}: {opposite}` under `initial", self.editor.replace(value, opposite)
+            yield f"remove `{key.text}` from `initial`", self.editor.remove_entry(initial, key.text)
+
     def _recover(self, failed: FailedClaim) -> Candidates:
         """Run another skill where one has failed."""
         rules = self.editor.node("tasks", failed.id.name_of("task"), "rules")
@@ -375,6 +434,12 @@ class _Proposals:
             for name, other in self._ecm.skills.items():
                 if other is not skill and other.outcomes.keys() != {HOLD_LOST}:
                     yield f"on_failure: {name}", self.editor.add_entry(rule, "on_failure", name)
+
+
+def _effects_of(skill: Skill | None) -> dict[str, Any]:
+    """Return what a skill sets when it succeeds, by state variable."""
+    outcomes = () if skill is None else skill.outcomes.values()
+    return {name: value for one in outcomes if not one.failure for name, value in one.effects.items()}
 
 
 def _holds(outer: SourceSpan, inner: SourceSpan) -> bool:

@@ -29,12 +29,24 @@ class Repair:
     """Proved repair of a refuted obligation.
 
     Attributes:
-        line: the line to write, for people.
+        line: the line to write, for people, or a sentence that begins with `remove`.
         fix: the same as an edit of the file; None if the edit is not known.
     """
 
     line: str
     fix: Fix | None
+
+
+def advice(line: str) -> str:
+    """Return what a person is to do for a repair.
+
+    Args:
+        line: the line of a repair.
+
+    Returns:
+        A remedy, as diagnostics show it.
+    """
+    return line if line.startswith("remove ") else f"write `{line}`"
 
 
 def find_repairs(

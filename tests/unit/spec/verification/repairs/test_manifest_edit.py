@@ -37,6 +37,11 @@ def edited(edit: str, *arguments: object, text: str = TEXT) -> str:
         ("add_entry", (("a", "d"), "e", "2"), "d: {}", "d: {e: 2}"),
         ("add_entry", (("list", 0), "e", "x: y"), "do: w}", 'do: w, e: "x: y"}'),
         ("add_entry", (("list", 1), "e", "2"), "    do: z\n", "    do: z\n    e: 2\n"),
+        ("remove_entry", (("a",), "b"), "  b: 1  # one\n", ""),
+        ("remove_entry", (("a",), "d"), "  d: {}\n", ""),
+        ("remove_entry", (("list", 0), "k"), "{k: v, do: w}", "{do: w}"),
+        ("remove_entry", (("list", 0), "do"), "{k: v, do: w}", "{k: v}"),
+        ("remove_entry", (("list", 1), "do"), "    do: z\n", ""),
         ("add_list", (("a",), "e", "z"), "  d: {}\n", "  d: {}\n  e: [z]\n"),
         ("add_item", (("a", "c"), "z"), "[x, y]  # two", "[x, y, z]  # two"),
         ("add_item", (("empty",), "z"), "[]", "[z]"),
@@ -70,6 +75,11 @@ def test_an_absent_node_is_not_edited() -> None:
     assert editor.node("list", 5) is None
     assert editor.add_entry(editor.node("a"), "b", "2") is None
     assert editor.add_entry(editor.node("text"), "b", "2") is None
+    assert editor.remove_entry(editor.node("a"), "z") is None
+    assert editor.remove_entry(editor.node("list"), "k") is None
+    assert (
+        editor.remove_entry(ManifestEditor(Source("ecm.yaml", "a: 1\n")).node(), "a") is None
+    )  # nothing would be left
     assert editor.add_item(editor.node("a"), "b") is None
     assert editor.add_list(editor.node("list"), "b", "c") is None
     assert editor.conjoin(editor.node("a"), "p") is None

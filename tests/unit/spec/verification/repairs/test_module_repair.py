@@ -31,6 +31,12 @@ REPAIRED = {
         "AE801": "- {unless: fetched != knife, do: pick_up}` before the rule for `fetch",
         "AE802": "on_failure: pick_up",
     },
+    "closed_loop/sponge_never_fetched": {
+        "AE804": "- {unless: fetched == sponge, do: fetch}` before the rule for `tidy"
+    },
+    "closed_loop/invariant_lost_by_a_recovery": {"AE804": "between_tries: fetch"},
+    "closed_loop/start_at_the_goal_of_sound_rules": {"AE805": "table_tidy: false` under `initial"},
+    "closed_loop/start_that_contradicts_a_definition": {"AE806": "hand_raised: false` under `initial"},
     "closed_loop/step_whose_precondition_may_not_hold": {
         "AE801": "unless: table_tidy or not (fetched == sponge)"
     },
@@ -52,6 +58,7 @@ WITHOUT_REPAIR = [
     "closed_loop/invariant_lost_by_a_success",
     "closed_loop/outcome_that_leads_nowhere",  # there is one skill alone
     "closed_loop/recovery_that_cannot_recover",
+    "closed_loop/start_at_the_goal",  # from the other start, the rules lead to a dead end
     "closed_loop/task_for_all_tools_but_one",
     "permission/actuator_not_granted_by_the_site",  # the operator's to grant
     "permission/risk_above_the_ceiling",
