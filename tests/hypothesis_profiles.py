@@ -17,7 +17,7 @@ PROFILES: Final = {"ci": 0.75, "nightly": 25}
 PROFILE: Final = os.environ.get("AEROS_HYPOTHESIS", "ci")
 """Name of the profile of this run."""
 
-_DEFAULT_EXAMPLES: Final = 40
+_DEFAULT_EXAMPLES: Final = 27
 
 
 def _register_profiles() -> None:

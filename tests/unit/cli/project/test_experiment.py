@@ -58,6 +58,7 @@ def test_adversaries_are_tried_on_physics(tmp_path: Path, capsys: pytest.Capture
     assert [found["told"] for found in one["rows"]] == [[], ["AE750 cell-speed"], ["AE501"]]
 
 
+@pytest.mark.deep
 def test_sessions_are_reported_in_turn(tmp_path: Path) -> None:
     assert run(tmp_path, "--trials", "1", "11/once") == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
@@ -87,6 +88,7 @@ def test_existing_trials_are_reused_only_on_request(
     assert after.count(b"\n") == 5
 
 
+@pytest.mark.deep
 def test_correlated_failures_are_compared_with_independent_ones(tmp_path: Path) -> None:
     assert run(tmp_path, "13/behaviour_tree") == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]

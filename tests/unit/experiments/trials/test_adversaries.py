@@ -48,7 +48,11 @@ def trial(row: Row, **changed: object) -> Findings:
 
 @pytest.mark.physics
 @pytest.mark.parametrize(
-    "module", [pytest.param(one, marks=pytest.mark.deep if one == "apart" else ()) for one in MODULES]
+    "module",
+    [
+        pytest.param(one, marks=() if one in ("benign", "rusher", "flood") else pytest.mark.deep)
+        for one in MODULES
+    ],
 )
 def test_only_where_nothing_is_in_its_way_does_a_module_do_harm(module: str) -> None:
     settings = ROWS[f"9/{module}/open"].condition.settings

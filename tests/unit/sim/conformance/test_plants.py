@@ -23,14 +23,19 @@ _IN_CONTACT = {
 _PRESSING_AS_ANOTHER = {"watched", "kinematic, joint by joint", "physics, joint by joint"}
 """Subjects that press as `kinematic` and `physics` do: they differ in what these checks do not look at."""
 
+_AS_ANOTHER = {"watched", "physics, joint by joint"}
+"""Subjects with the motions of `kinematic, joint by joint`, in another plant."""
+
 
 def _each_check_of(names: Iterable[str]) -> pytest.MarkDecorator:
     """Pair every subject with every check; pairs that repeat another are `deep`."""
     pairs = []
     for name in names:
         for check in CHECKS:
-            is_repeated = (name in _PRESSING_AS_ANOTHER and check.__name__ in _IN_CONTACT) or (
-                name == "hosted" and check is a_broken_rule_stops_contact_within_one_tick
+            is_repeated = (
+                name in _AS_ANOTHER
+                or (name in _PRESSING_AS_ANOTHER and check.__name__ in _IN_CONTACT)
+                or (name == "hosted" and check is a_broken_rule_stops_contact_within_one_tick)
             )
             marks = pytest.mark.deep if is_repeated else ()
             pairs.append(pytest.param(name, check, id=f"{name}-{check.__name__}", marks=marks))
