@@ -1,19 +1,80 @@
-"""Record of the latest run from an agent's folder: its output folder and process, for `aeros top`."""
+"""Which run a command is about: the one that is named, the newest, or the latest of an agent's folder."""
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
+import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from aeros.cli.arguments import existing_path
 from aeros.exit_codes import UsageError
 from aeros.files import replace_durably
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import LATEST_RUN
 
 _FILE: Final = "latest-run.json"
+_AUDIT: Final = "audit.jsonl"
+
+
+def add_run_argument(parser: argparse.ArgumentParser, name: str) -> None:
+    """Add the argument that names a run, by its folder or its audit log, and may be left out.
+
+    Args:
+        parser: the parser of a command.
+        name: where the value is kept.
+    """
+    parser.add_argument(
+        name,
+        nargs="?",
+        type=existing_path,
+        metavar="FOLDER|LOG",
+        help="a run's output folder or audit log (default: the newest in `runs`)",
+    )
+
+
+def find_audit_log(given: Path | None) -> Path:
+    """Find the audit log of a run; standard error names the run if none is given.
+
+    Args:
+        given: output folder or audit log; None for the newest run in `runs`.
+
+    Returns:
+        Path of the log.
+
+    Raises:
+        UsageError: none is given, and there is no run in `runs`, or the folder has no audit log.
+    """
+    if given is not None:
+        log = given / _AUDIT if given.is_dir() else given
+        if not log.exists():
+            raise UsageError(
+                f"there is no {_AUDIT} in `{given}`: give the output folder that `aeros run` printed"
+            )
+        return log
+    found = sorted(Path("runs").glob(f"*/{_AUDIT}"), key=lambda path: path.stat().st_mtime)
+    if not found:
+        raise UsageError("there is no run in `runs`: give the output folder that `aeros run` printed")
+    print(f"newest run: {found[-1].parent}", file=sys.stderr)
+    return found[-1]
+
+
+def find_run_folder(given: Path | None) -> Path:
+    """Find the output folder of a run; it need not have an audit log.
+
+    Args:
+        given: output folder or audit log; None for the newest run in `runs`.
+
+    Returns:
+        The folder.
+
+    Raises:
+        UsageError: none is given, and there is no run in `runs`.
+    """
+    return given if given is not None and given.is_dir() else find_audit_log(given).parent
 
 
 def save_latest_run(state: Path, out: Path) -> None:

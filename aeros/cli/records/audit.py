@@ -18,6 +18,7 @@ from aeros.cli.arguments import (
     writable_path,
 )
 from aeros.cli.help_text import WrappedEpilog
+from aeros.cli.latest_run import add_run_argument, find_audit_log
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.records.show import add_filters, explain_record, format_record, matches_filters
 from aeros.cli.terminal import print_line
@@ -48,10 +49,10 @@ in a second file, the anchor, in the agent's folder.  `aeros run --anchor` keeps
 docs/audit.md lists the tampering that each of them detects.
 
 examples:
-  aeros audit verify runs/demo/audit.jsonl --state .aeros
-  aeros audit verify runs/demo/audit.jsonl --public-key audit.key.pub --anchor /mnt/other/demo.anchor
-  aeros audit show runs/demo/audit.jsonl --decision DENY
-  aeros audit replay runs/demo/audit.jsonl
+  aeros audit verify --state .aeros               the newest run in `runs`
+  aeros audit verify runs/demo --public-key audit.key.pub --anchor /mnt/other/demo.anchor
+  aeros audit show runs/demo --decision DENY
+  aeros audit replay runs/demo
 """
 _VERIFY_EXAMPLES = """\
 Exits with 0 if the log is sound as far as it was checked, else with 1.
@@ -66,18 +67,18 @@ without options   detects edited, deleted, inserted, moved and torn records; not
 --closed          rejects a log with an unsigned end: its writer is at work, or was killed
 
 examples:
-  aeros audit verify runs/demo/audit.jsonl
-  aeros audit verify runs/demo/audit.jsonl --state .aeros --closed
-  aeros audit verify runs/demo/audit.jsonl --public-key audit.key.pub --anchor /mnt/other/demo.anchor
+  aeros audit verify runs/demo
+  aeros audit verify --state .aeros               the newest run in `runs` --closed
+  aeros audit verify runs/demo --public-key audit.key.pub --anchor /mnt/other/demo.anchor
 """
 _SHOW_EXAMPLES = """\
 Each decision other than a plain ALLOW is followed by its reasons.  With --site they include the place and
 source of the rule, and the values that it read.
 
 examples:
-  aeros audit show runs/demo/audit.jsonl --decision DENY --site cell.yaml      why was this denied?
-  aeros audit show runs/demo/audit.jsonl --skill make_dumplings.boil --rule separation
-  aeros audit show runs/demo/audit.jsonl --event step-ended --format json
+  aeros audit show runs/demo --decision DENY --site cell.yaml      why was this denied?
+  aeros audit show runs/demo --skill make_dumplings.boil --rule separation
+  aeros audit show runs/demo --event step-ended --format json
 """
 _REPLAY_EXAMPLES = """\
 The configuration is loaded and proved again, and must have the digest in the log.  The registry in the
@@ -86,9 +87,9 @@ run with --site or --ecms with the same options.  Exits with 0 if every decision
 with 1.
 
 examples:
-  aeros audit replay runs/demo/audit.jsonl
-  aeros audit replay runs/demo/audit.jsonl --state /srv/robot7
-  aeros audit replay runs/demo/audit.jsonl --site cell.yaml --ecms ecms --gate checked
+  aeros audit replay runs/demo
+  aeros audit replay runs/demo --state /srv/robot7
+  aeros audit replay runs/demo --site cell.yaml --ecms ecms --gate checked
 """
 _KEYGEN_EXAMPLES = """\
 Writes the private key to FILE, readable only by its owner, and the public key to FILE.pub.  Keep the
@@ -163,10 +164,18 @@ def _add(
         formatter_class=WrappedEpilog,
     )
     if reads_log:
-        parser.add_argument("log", type=existing_path, metavar="LOG", help="an audit.jsonl")
+        add_run_argument(parser, "log")
         parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
-    parser.set_defaults(command=command)
+        parser.set_defaults(command=lambda arguments: command(_with_log(arguments)))
+    else:
+        parser.set_defaults(command=command)
     return parser
+
+
+def _with_log(arguments: argparse.Namespace) -> argparse.Namespace:
+    """Let `log` be the audit log itself where a folder is given, or nothing."""
+    arguments.log = find_audit_log(arguments.log)
+    return arguments
 
 
 # verify

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.apps.film.run_film import FilmError, film_imports, film_run
 from aeros.cli.arguments import add_command, existing_path, writable_film_path
+from aeros.cli.latest_run import add_run_argument, find_run_folder
 from aeros.cli.records.report import available_sites
 from aeros.cli.terminal import print_line, show_progress
 from aeros.exit_codes import Exit
@@ -50,9 +51,7 @@ def add_to(commands: Subparsers) -> None:
         commands: Subparsers of `aeros`.
     """
     parser = add_command(commands, "film", __doc__, _EXAMPLES)
-    parser.add_argument(
-        "folder", type=existing_path, metavar="RUN", help="output folder of the run (`--out`)"
-    )
+    add_run_argument(parser, "folder")
     parser.add_argument(
         "-o", "--out", type=writable_film_path, metavar="FILE",
         help="film to write: *.mp4, *.webp or *.gif (default: film.mp4 in that folder)",
@@ -111,7 +110,8 @@ def _time(text: str) -> float:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    path: Path = arguments.out or arguments.folder / "film.mp4"
+    folder = find_run_folder(arguments.folder)
+    path: Path = arguments.out or folder / "film.mp4"
     if arguments.end is not None and arguments.end <= arguments.start:
         print("aeros: --to must be after --from", file=sys.stderr)
         return Exit.USAGE
@@ -131,7 +131,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         "title": arguments.title,
         "has_captions": not arguments.no_captions,
     }
-    return write_film(arguments.folder, path, sites, options)
+    return write_film(folder, path, sites, options)
 
 
 def default_size(path: Path) -> tuple[int, int]:

@@ -12,6 +12,7 @@ from aeros.apps.report_page.film_element import FilmFile, find_film
 from aeros.apps.report_page.page import page_of
 from aeros.apps.report_page.run_data import AUDIT, RunData, read_run_data
 from aeros.cli.arguments import add_command, add_signature_check, existing_path, writable_path
+from aeros.cli.latest_run import add_run_argument, find_run_folder
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
 from aeros.files import replace_durably
@@ -37,6 +38,7 @@ available: that of --site, those that were in force on this robot, or the refere
 the log is not sound; the page gives the reason.
 
 examples:
+  aeros report                        the newest run in `runs`
   aeros report runs/demo
   aeros report runs/demo -o demo.html --public-key audit.key.pub
   aeros report runs/demo --site cell.yaml
@@ -50,7 +52,7 @@ def add_to(commands: Subparsers) -> None:
         commands: Subparsers of `aeros`.
     """
     parser = add_command(commands, "report", __doc__, _EXAMPLES)
-    parser.add_argument("folder", type=existing_path, help="output folder of the run (`--out`)")
+    add_run_argument(parser, "folder")
     parser.add_argument(
         "-o", "--output", type=writable_path, metavar="FILE", help="default: report.html in that folder"
     )
@@ -66,13 +68,14 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.anchor and arguments.public_key is None:
         print("aeros: --anchor needs --public-key", file=sys.stderr)
         return Exit.USAGE
-    if not (arguments.folder / AUDIT).is_file():
-        print(f"aeros: there is no {AUDIT} in `{arguments.folder}`", file=sys.stderr)
+    folder = find_run_folder(arguments.folder)
+    if not (folder / AUDIT).is_file():
+        print(f"aeros: there is no {AUDIT} in `{folder}`", file=sys.stderr)
         return Exit.REJECTED
     given = None if arguments.site is None else _read_site(arguments.site)
-    left = read_run_data(arguments.folder)
+    left = read_run_data(folder)
     try:
-        signed = _signature_text(left, arguments.folder / AUDIT, arguments.public_key, arguments.anchor)
+        signed = _signature_text(left, folder / AUDIT, arguments.public_key, arguments.anchor)
     except (AnchorError, InvalidKeyError) as fault:
         print(f"aeros: {fault}", file=sys.stderr)
         return Exit.REJECTED
@@ -82,8 +85,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.REJECTED
     at_hand = available_sites(arguments.state, arguments.site)
     sites = {site.digest: site for site in at_hand if site.digest in wanted}
-    path = arguments.output or arguments.folder / "report.html"
-    return write_report(left, path, sites, signed, find_film(arguments.folder, path.parent))
+    path = arguments.output or folder / "report.html"
+    return write_report(left, path, sites, signed, find_film(folder, path.parent))
 
 
 def write_report(

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aeros.apps.why.causal_chain import CausalExplanation, RunLog, StepTrace
-from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.arguments import add_command
+from aeros.cli.latest_run import add_run_argument, find_audit_log
 from aeros.exit_codes import Exit, UsageError
 from aeros.runtime.audit.check import Record, verify_log
 from aeros.spec.diagnostics.render import escape_invisible
@@ -39,20 +40,14 @@ def add_to(commands: Subparsers) -> None:
         commands: Subparsers of `aeros`.
     """
     parser = add_command(commands, "why", __doc__, _EXAMPLES)
-    parser.add_argument(
-        "run",
-        nargs="?",
-        type=existing_path,
-        metavar="FOLDER|LOG",
-        help="a run's output folder or audit log (default: the newest in `runs`)",
-    )
+    add_run_argument(parser, "run")
     parser.add_argument("--step", type=int, metavar="N", help="explain the N-th step, not the end of the run")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.set_defaults(command=_command)
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    log = _find_log(arguments.run)
+    log = find_audit_log(arguments.run)
     records: list[Record] = []
     chain = verify_log(log, lambda record, own: records.append(record))
     if not chain.is_sound:
@@ -62,15 +57,6 @@ def _command(arguments: argparse.Namespace) -> Exit:
     why = run.explain_end() if arguments.step is None else run.explain_step(_check_step(run, arguments.step))
     print(_as_json(log, why) if arguments.format == "json" else "\n".join(map(escape_invisible, _lines(why))))
     return Exit.SUCCESS
-
-
-def _find_log(given: Path | None) -> Path:
-    if given is None:
-        found = sorted(Path("runs").glob("*/audit.jsonl"), key=lambda path: path.stat().st_mtime)
-        if not found:
-            raise UsageError("there is no run in `runs`: give the output folder that `aeros run` printed")
-        return found[-1]
-    return given / "audit.jsonl" if given.is_dir() else given
 
 
 def _check_step(run: RunLog, number: int) -> StepTrace:

@@ -1,4 +1,4 @@
-"""The record of the latest run: known by its process, and none where it cannot be read."""
+"""The run that a command is about: the named, the newest, or the recorded one, known by its process."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.cli.latest_run import latest_run, save_latest_run
+from aeros.cli.latest_run import find_audit_log, find_run_folder, latest_run, save_latest_run
 from aeros.exit_codes import UsageError
 
 
@@ -70,3 +70,27 @@ def test_a_record_of_another_version_is_refused(tmp_path: Path) -> None:
     (tmp_path / "latest-run.json").write_text('{"schema": "aeros/latest-run/9", "out": "x", "pid": 1}')
     with pytest.raises(UsageError, match=r"latest-run\.json"):
         latest_run(tmp_path)
+
+
+def test_a_run_is_found_by_its_folder_or_its_log_or_as_the_newest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for find in (find_audit_log, find_run_folder):
+        with pytest.raises(UsageError, match="no run in `runs`"):
+            find(None)
+    for age, name in enumerate(("new", "old")):
+        folder = tmp_path / "runs" / name
+        folder.mkdir(parents=True)
+        (folder / "audit.jsonl").write_text("")
+        os.utime(folder / "audit.jsonl", (1e9 - age, 1e9 - age))
+    old = Path("runs", "old")
+    assert find_audit_log(old) == find_audit_log(old / "audit.jsonl") == old / "audit.jsonl"
+    assert find_run_folder(old) == find_run_folder(old / "audit.jsonl") == old
+    assert capsys.readouterr().err == ""
+    assert find_audit_log(None) == Path("runs", "new", "audit.jsonl")
+    assert capsys.readouterr().err == f"newest run: {Path('runs', 'new')}\n"
+    assert find_run_folder(None) == Path("runs", "new")
+    with pytest.raises(UsageError, match=r"no audit\.jsonl in `runs`"):
+        find_audit_log(Path("runs"))
+    assert find_run_folder(Path("runs")) == Path("runs")
