@@ -171,6 +171,14 @@ def _record_data(record: SuccessRecord) -> dict[str, Any]:
     return {"successes": record.successes, "failures": record.failures, "expected": round(record.mean, 6)}
 
 
+def _fact_text(value: Any, sign: str = ": ") -> str:
+    """Write a value for people: of a mapping neither what is absent nor what was counted as none."""
+    if not isinstance(value, Mapping):
+        return value if isinstance(value, str) else json.dumps(value)
+    entries = ((key, one) for key, one in value.items() if one is not None and (one is False or one != 0))
+    return ", ".join(f"{key}{sign}{_fact_text(one, ' = ')}" for key, one in entries)
+
+
 def _format_summary(
     skills: list[SkillSummary], facts: list[dict[str, Any]], sessions: list[dict[str, Any]]
 ) -> Iterator[str]:
@@ -188,11 +196,11 @@ def _format_summary(
         for reason, times in one.reasons:
             yield escape_invisible(f"  failed {counted(times, 'time')}: {reason}")
     for fact in facts:
-        yield escape_invisible(f"{fact['key']} ({fact['source']}): {json.dumps(fact['value'])}")
+        yield escape_invisible(f"{fact['key']} ({fact['source']}): {_fact_text(fact['value'])}")
     for session in sessions:
         ended = "not ended" if session["ended"] is None else f"ended {session['ended']}"
         yield escape_invisible(
-            f"session {session['id']}: began {session['began']}, {ended}, {session['episodes']} steps"
+            f"session {session['id']}: began {session['began']}, {ended}, {counted(session['episodes'], 'step')}"
         )
 
 

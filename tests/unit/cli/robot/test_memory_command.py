@@ -31,7 +31,11 @@ def state(tmp_path: Path) -> Path:
             )
             memory.end_episode(memory.start_episode(beginning), ending)
         memory.start_episode(EpisodeStart("cook.cook", "cook", "steam", "retry", {}, 9.0, {}, CONTEXT))
-        memory.set_fact("last run of cook.cook", {"reached": False}, "session 1")
+        memory.set_fact(
+            "last run of cook.cook",
+            {"reached": False, "steps": 0, "reason": None, "measured": {"holding": True}},
+            "session 1",
+        )
     return tmp_path
 
 
@@ -53,7 +57,7 @@ def test_show_sums_up_each_skill(state: Path, capsys: pytest.CaptureFixture[str]
         "  failed 1 time: outcome `not_sealed`",
     ]
     assert lines[5] == "cook.steam: 0 of 0 succeeded, next 50%"
-    assert lines[6] == 'last run of cook.cook (session 1): {"reached": false}'
+    assert lines[6] == "last run of cook.cook (session 1): reached: false, measured: holding: true"
     assert lines[7].startswith("session 1: began ")
     assert lines[7].endswith(", 5 steps")
 
