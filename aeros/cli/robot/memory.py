@@ -199,9 +199,8 @@ def _format_summary(
         yield escape_invisible(f"{fact['key']} ({fact['source']}): {_fact_text(fact['value'])}")
     for session in sessions:
         ended = "not ended" if session["ended"] is None else f"ended {session['ended']}"
-        yield escape_invisible(
-            f"session {session['id']}: began {session['began']}, {ended}, {counted(session['episodes'], 'step')}"
-        )
+        began = f"session {session['id']}: began {session['began']}"
+        yield escape_invisible(f"{began}, {ended}, {counted(session['episodes'], 'step')}")
 
 
 def _success_text(record: SuccessRecord) -> str:

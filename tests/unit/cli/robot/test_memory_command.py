@@ -57,7 +57,7 @@ def test_show_sums_up_each_skill(state: Path, capsys: pytest.CaptureFixture[str]
         "  failed 1 time: outcome `not_sealed`",
     ]
     assert lines[5] == "cook.steam: 0 of 0 succeeded, next 50%"
-    assert lines[6] == "last run of cook.cook (session 1): reached: false, measured: holding: true"
+    assert lines[6] == "last run of cook.cook (session 1): measured: holding = true, reached: false"
     assert lines[7].startswith("session 1: began ")
     assert lines[7].endswith(", 5 steps")
 
