@@ -80,8 +80,8 @@ WRAPPER_GAP, HANDLE_GAP, FILLING_GAP = 0.056, 0.044, 0.022
 """Gap of fingers that hold the wrapper, open or closed, the press's handle or the filling, m."""
 
 WRAPPER_GRIP, BLOCKER_GRIP = 0.046, 0.042
-"""Gap that fingers close to around a wrapper, and around one of a size that is not known, m: fingers that miss
-one on the press must not close on its bed, which is 36 mm wide."""
+"""Gap that fingers close to around a wrapper, and around one of a size that is not known, m: fingers that
+miss one on the press must not close on its bed, which is 36 mm wide."""
 
 FILLING_GRIP, HANDLE_GRIP = 0.012, 0.036
 """The same around the filling and the press's handle, m."""
