@@ -173,7 +173,7 @@ OFTEN = ("mast", "overhead")
         for one in CASES
     ],
 )
-def test_what_a_sensor_cannot_measure_changes_no_predicate(case: Case) -> None:
+def test_a_change_behind_a_sensor_changes_no_predicate(case: Case) -> None:
     with ExitStack() as closing:
         plain, changed = (build(case, is_changed=one) for one in (False, True))
         for plant in (plain, changed):
