@@ -79,8 +79,9 @@ PUSHES = 2
 WRAPPER_GAP, HANDLE_GAP, FILLING_GAP = 0.056, 0.044, 0.022
 """Gap of fingers that hold the wrapper, open or closed, the press's handle or the filling, m."""
 
-WRAPPER_GRIP, BLOCKER_GRIP = 0.046, 0.036
-"""Gap that fingers close to around a wrapper, and around one of a size that is not known, m."""
+WRAPPER_GRIP, BLOCKER_GRIP = 0.046, 0.042
+"""Gap that fingers close to around a wrapper, and around one of a size that is not known, m: fingers that
+miss one on the press must not close on its bed, which is 36 mm wide."""
 
 FILLING_GRIP, HANDLE_GRIP = 0.012, 0.036
 """The same around the filling and the press's handle, m."""
@@ -89,7 +90,11 @@ GAP_WITHIN = 0.005
 """Tolerance of the finger gap around these widths, m."""
 
 DEEPER = 0.002
-"""How much lower fingers grip a thing which they have missed, m: they stay off what it lies on."""
+"""Fingers that missed a wrapper, a dumpling or the handle grip it this much lower the second time, m.
+
+They are wider apart than what a wrapper lies on. A filling is never gripped lower: around it they are over
+what it lies on, and 2 mm lower they would close on that, as measured.
+"""
 
 DRAWN_IN = (0.30, 0.0, 0.45)
 """Tool position that does not hide the bench from the cameras, from the arm's base, m; the arm is there, over
@@ -342,7 +347,8 @@ def _take_wrapper(observed: Observation, pace: float, *, is_wrapped: bool) -> Ta
 def _take_filling(observed: Observation, pace: float) -> Task:
     """Grip the filling and lift it.
 
-    Where it is not held then, look, and grip it once more: by its other sides, if there is room, else deeper.
+    Where it is not held then, look, and grip it once more: by its other sides if there is room, else as the
+    new picture shows it.
     """
     yaw = observed.get("filling_yaw", 0.0)
     observed = yield from _take(observed, pace, _filling_grasp(observed), yaw, FILLING_GRIP, HALF_OPEN)
@@ -354,8 +360,6 @@ def _take_filling(observed: Observation, pace: float) -> Task:
     place, yaw = _filling_grasp(observed), observed.get("filling_yaw", 0.0)
     if observed.get("filling_free_across") is True:
         yaw += pi / 2.0 if yaw <= 0.0 else -pi / 2.0
-    else:
-        place = _deeper(place)
     return (yield from _take(observed, pace, place, yaw, FILLING_GRIP, HALF_OPEN))
 
 
@@ -370,7 +374,7 @@ def _lay_wrapper(observed: Observation, pace: float) -> Task:
     press = _fixture(observed, "press_position")
     if not _holds_wrapper(observed):
         observed = yield from _clear_press(observed, pace)
-        if not _are_known(observed, WRAPPER):
+        if observed.get("press_free") is False or not _are_known(observed, WRAPPER):
             return observed
         place = observed["wrapper_position"]
         if dist(place, press) < ON_PRESS:
@@ -401,25 +405,28 @@ def _hand_heading(yaw: float) -> float:
 
 
 def _clear_press(observed: Observation, pace: float) -> Task:
-    """Put what lies on the press and is in the way on the bench, and look."""
-    misses = 0
+    """Put what lies on the press and is in the way on the bench, and look.
+
+    A wrapper that the fingers miss is gripped once more, deeper; after a second miss in a row the rest stays.
+    """
+    is_second = False
     for _ in range(BLOCKERS):
         if observed.get("press_free") is not False or not _are_known(observed, BLOCKER):
             break
-        (x, y, z), yaw = observed["blocker_position"], observed["blocker_yaw"]
-        aside = observed["aside_place"]
-        z -= misses * DEEPER
-        width = BLOCKER_GRIP
+        place, yaw, aside = observed["blocker_position"], observed["blocker_yaw"], observed["aside_place"]
         if observed["blocker_is_filling"]:
-            width = FILLING_GRIP
-            observed = yield from _take(observed, pace, (x, y, z + FILLING_GRASP), yaw, width, HALF_OPEN)
+            width, place = FILLING_GRIP, (place[0], place[1], place[2] + FILLING_GRASP)
+            observed = yield from _take(observed, pace, place, yaw, width, HALF_OPEN)
         else:
-            observed = yield from _take(observed, pace, (x, y, z), yaw, width)
-        if _is_missed(observed, width):
-            misses += 1
-        else:
+            width = BLOCKER_GRIP
+            observed = yield from _take(observed, pace, _deeper(place) if is_second else place, yaw, width)
+        is_missed = _is_missed(observed, width)
+        if not is_missed:
             observed = yield from _do(observed, _put(pace, aside, OPEN))
         observed = yield from _look(observed, pace)
+        if is_missed and is_second:
+            break
+        is_second = is_missed
     return observed
 
 
@@ -444,7 +451,10 @@ def _push(observed: Observation, pace: float) -> Leg:
 
 
 def _realign_wrapper(observed: Observation, pace: float) -> Task:
-    """Grip the wrapper that lies on the press, and move it to where it belongs; if it is seen."""
+    """Grip the wrapper that lies on the press, and move it to where it belongs; if it is seen.
+
+    Where the fingers miss it, look, and grip it once more, deeper; after a second miss nothing is moved.
+    """
     press = _fixture(observed, "press_position")
     if _holds_wrapper(observed):
         return (yield from _do(observed, _put(pace, press, OPEN)))
@@ -470,6 +480,8 @@ def _realign_wrapper(observed: Observation, pace: float) -> Task:
         place, yaw = _deeper(observed["wrapper_position"]), observed["wrapper_yaw"]
         grasp = _grasp(observed, pace, place, _hand_heading(yaw), BLOCKER_GRIP, DOUGH_FORCE)
         observed = yield from _do(observed, grasp)
+        if _is_missed(observed, BLOCKER_GRIP):
+            return (yield from _do(observed, _release(pace, place, OPEN)))
     return (yield from _do(observed, (along, *_release(pace, press, OPEN))))
 
 
@@ -491,6 +503,8 @@ def _lay_filling(observed: Observation, pace: float) -> Task:
     back = (x + SPOT[0], y + SPOT[1], SPOT[2])
     if not _holds(observed, FILLING_GAP):
         observed = yield from _clear_press(observed, pace)
+        if observed.get("press_free") is False:
+            return observed
         if "filling_position" not in observed:
             observed = yield from _look(observed, pace, "filling_position")
         observed = yield from _make_room(observed, pace, "filling_has_room", "filling_position")

@@ -7,9 +7,13 @@ from typing import Any
 
 import pytest
 
+from aeros.sim.bullet.client import bullet
 from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.scenes.physics_scene import PhysicsScene
+from aeros.skill import Action
 from tests.modules.robot import Robot
 from tests.shipped_scenes import shipped_scene
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 from tests.unit.sim.ground_truth import is_done
 
 pytestmark = pytest.mark.physics
@@ -78,3 +82,52 @@ def test_an_empty_wrapper_is_folded_but_not_sealed() -> None:
         after = robot.observed()
         assert after["wrappers_shut"] == 1  # the other one is worked on from now on
         assert not after["dumpling_wrapped"]
+
+
+ON_BED, WRAPPER_ON_BED, AWAY = (0.524, 0.0, 0.0886), (0.52, 0.002, 0.083), (0.15, 0.45, 0.0886)
+"""Where a filling or a wrapper lies on the press, and a place out of the hand's way, m."""
+
+
+@pytest.mark.deep  # tests/modules/make_dumplings/test_motions.py has the heights of the grips
+@pytest.mark.parametrize(
+    ("skill", "thing", "place"),
+    [("prepare", "filling", ON_BED), ("recover", "wrapper", WRAPPER_ON_BED)],
+    ids=["filling-in-the-way", "wrapper-to-align"],
+)
+def test_fingers_that_miss_a_thing_on_the_press_do_not_close_on_its_bed(
+    skill: str, thing: str, place: tuple[float, float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot, plant = bench(4)
+    scene, world = plant._scene, as_bullet(plant._world)
+    assert isinstance(scene, PhysicsScene)
+    number, press, hand = scene.body(thing), scene.body("press"), plant._simulated
+    execute, forces, grips = robot._execute, [0.0], [0]
+
+    def put(where: tuple[float, float, float]) -> None:
+        bullet.resetBasePositionAndOrientation(number, where, (0, 0, 0, 1), physicsClientId=world.client)
+
+    def feel() -> None:
+        forces.extend(
+            one.force
+            for one in world.contacts(hand.body)
+            if one.body_b == press and one.link_a in hand.fingers
+        )
+
+    def tease(action: Action) -> Any:
+        """Take the thing away while fingers close on it, and put it back for the next picture."""
+        closes = action.kind == "grip" and action.parameters["width"] < 0.05
+        if closes:
+            grips[0] += 1
+            put(AWAY)
+        elif action.kind == "look":
+            put(place)
+        return execute(action)
+
+    with closing(plant):
+        put(place)
+        robot.do("look", camera="overhead")
+        world.after_step.append(feel)
+        monkeypatch.setattr(robot, "_execute", tease)
+        robot.run(skill, actions=40)
+    assert grips[0] > 1
+    assert max(forces) == 0.0

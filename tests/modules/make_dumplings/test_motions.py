@@ -80,7 +80,7 @@ def test_a_wrapper_that_the_fingers_miss_is_gripped_once_more_deeper_and_narrowe
 
 
 @pytest.mark.parametrize(
-    ("across", "second"), [(True, (0.023, 0.2 - pi / 2.0)), (False, (0.021, 0.2))], ids=["turned", "deeper"]
+    ("across", "second"), [(True, (0.023, 0.2 - pi / 2.0)), (False, (0.023, 0.2))], ids=["turned", "as-seen"]
 )
 def test_a_filling_that_the_fingers_miss_is_gripped_once_more(
     across: bool, second: tuple[float, float]
@@ -111,28 +111,43 @@ def test_things_that_are_missed_twice_are_put_nowhere(skill: str, more: dict[str
     assert KNOWN["pot_position"][:2] not in places
 
 
-def test_a_wrapper_that_is_missed_on_the_press_is_slid_only_after_a_second_grip() -> None:
+def slides(done: list[Action]) -> list[Action]:
+    """Moves to where a wrapper belongs on the press, at its height."""
+    return [one for one in done if one.kind == "move_tool" and one.parameters["target"] == PRESS]
+
+
+@pytest.mark.parametrize(("misses", "times"), [(0, 1), (1, 1), (2, 0)])
+def test_a_wrapper_on_the_press_is_slid_unless_the_fingers_miss_it_twice(misses: int, times: int) -> None:
     on_press = (PRESS[0] + 0.02, PRESS[1], PRESS[2])
-    done = actions("recover", misses=1, wrapper_position=on_press)
-    first, second = grips(done)
-    assert (first[0], second[0]) == pytest.approx((0.03, 0.028))
-    assert second[2] == skills.BLOCKER_GRIP
+    done = actions("recover", misses=misses, wrapper_position=on_press)
+    expected = [(0.03, skills.WRAPPER_GRIP), (0.028, skills.BLOCKER_GRIP)]
+    found = [(height, width) for height, _, width in grips(done)]
+    assert found == [pytest.approx(one) for one in expected[: misses + 1]]
+    assert len(slides(done)) == times
 
 
-def test_a_blocker_that_is_missed_is_gripped_deeper_and_not_put_aside() -> None:
-    blocked = {
-        "press_free": False,
-        "blocker_position": PRESS,
-        "blocker_yaw": 0.0,
-        "blocker_is_filling": False,
-        "aside_place": (0.4, 0.1, 0.02),
-    }
-    done = actions("prepare", misses=9, **blocked)
-    assert [height for height, _, width in grips(done) if width == skills.BLOCKER_GRIP][:3] == pytest.approx(
-        [0.03, 0.028, 0.026]
-    )
+BLOCKED: dict[str, Any] = {
+    "press_free": False,
+    "blocker_position": PRESS,
+    "blocker_yaw": 0.0,
+    "aside_place": (0.4, 0.1, 0.02),
+}
+
+
+@pytest.mark.parametrize("is_filling", [False, True])
+def test_a_blocker_that_is_missed_twice_stays_and_nothing_is_laid_on_it(is_filling: bool) -> None:
+    done = actions("prepare", misses=9, **BLOCKED, blocker_is_filling=is_filling)
+    height = 0.033 if is_filling else 0.03
+    second = height if is_filling else height - skills.DEEPER
+    # Two grips for the wrapper's sake, and two for the filling's: after each two the rest stays as it is.
+    assert [one for one, _, _ in grips(done)] == pytest.approx([height, second] * 2)
     aside = [one for one in done if one.kind == "move_tool" and one.parameters["target"][:2] == (0.4, 0.1)]
     assert not aside
+
+
+def test_a_blocker_that_the_second_grip_takes_leaves_the_next_one_its_first_grip() -> None:
+    done = actions("prepare", misses=1, **BLOCKED, blocker_is_filling=False)
+    assert [one for one, _, _ in grips(done)][:3] == pytest.approx([0.03, 0.028, 0.03])
 
 
 @pytest.mark.parametrize(("misses", "heights"), [(0, [0.041]), (1, [0.041, 0.039])])
