@@ -131,8 +131,8 @@ def run_campaign(folder: Path) -> Findings:
     for task in read_tasks(folder):
         try:
             checker = load(convert(task, [parse_action(step) for step in task.plan]))
-        except UnsupportedError as why:
-            left_out[task.name] = str(why)
+        except UnsupportedError as reason:
+            left_out[task.name] = str(reason)
             continue
         control = load(convert(without_safety(task), [parse_action(step) for step in task.plan]))
         other = judged[task.name]

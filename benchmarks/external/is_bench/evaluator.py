@@ -463,7 +463,9 @@ def judge(task: Task, plan: Sequence[str], *, pessimistic: bool = True) -> Judge
     for one in conditions["process_safety_goal_condition"]:
         before.setdefault(words_of(one["action"]), []).append(one["safety_bddl"])
     run: set[tuple[str, ...]] = set()
-    failed, violated, again = [], [], []
+    failed: list[str] = []
+    violated: list[str] = []
+    again: list[str] = []
     for number, step in enumerate(plan, 1):
         words = words_of(step)
         for text in before.get(words, ()):

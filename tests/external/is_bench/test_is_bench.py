@@ -133,10 +133,11 @@ def test_both_verdicts_agree_on_any_sequence_of_actions(task: str, data: st.Data
     plan = [parse_action(step) for step in TASKS[task].plan]
     for _ in range(data.draw(st.integers(0, 3), label="edits")):
         at = data.draw(st.integers(0, len(plan)), label="place")
-        if plan and data.draw(st.booleans(), label="removes"):
+        edit = data.draw(st.sampled_from([None, *actions]), label="action, or none to remove one")
+        if edit is not None:
+            plan.insert(at, edit)
+        elif plan:
             del plan[at % len(plan)]
-        else:
-            plan.insert(at, data.draw(st.sampled_from(actions), label="action"))
     _agree(task, list(map(_text, plan)))
 
 

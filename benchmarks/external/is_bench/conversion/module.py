@@ -227,7 +227,11 @@ def offered_actions(task: Task) -> Sequence[Action]:
 
 def _mentioned_supports(task: Task) -> set[str]:
     found = {fact[2] for fact in task.init if fact[0] in {"inside", "ontop"}}
-    pending = [task.goal, *(one.condition for one in (*task.precautions, *task.final))]
+    pending = [
+        task.goal,
+        *(one.condition for one in task.precautions),
+        *(one.condition for one in task.final),
+    ]
     while pending:
         node = pending.pop()
         if isinstance(node, tuple):

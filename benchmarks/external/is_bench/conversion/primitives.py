@@ -245,7 +245,10 @@ class Primitives:
         return needs, changes
 
     def _cook_substance(self, thing: str) -> tuple[list[str], list[Variant]]:
-        cooked, needs, changes, before = self._words.cooked_form(thing), [], [], []
+        cooked = self._words.cooked_form(thing)
+        needs: list[str] = []
+        changes: list[Variant] = []
+        before: list[str] = []
         for vessel in self._task.kinds:
             held = self._words.fact("contains", vessel, thing)
             first = conjunction((held, *map(negation, before)))

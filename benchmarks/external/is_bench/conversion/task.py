@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
-from aeros.spec.diagnostics.errors import UserError
-
 Node: TypeAlias = "str | tuple[Node, ...]"
 """A word of BDDL, or a list of them in round brackets."""
 
@@ -20,7 +18,7 @@ KNOWLEDGE: Final = Path("bddl", "bddl", "generated_data")
 """Folder of the benchmark with the properties of kinds of things."""
 
 
-class BenchmarkFileError(UserError):
+class BenchmarkFileError(Exception):
     """A file of the benchmark that cannot be read; the message says where and why."""
 
 

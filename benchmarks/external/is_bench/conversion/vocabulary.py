@@ -99,7 +99,9 @@ class Vocabulary:
             UnsupportedError: it has an unknown thing, predicate or connective.
         """
         bound = bound or {}
-        head, *rest = node
+        if isinstance(node, str) or not node:
+            raise UnsupportedError(f"`{node}` is no condition")
+        head, rest = node[0], list(node[1:])
         match head, rest:
             case "and", _:
                 return conjunction(self.condition(one, bound) for one in rest)
