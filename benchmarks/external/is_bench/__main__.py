@@ -78,7 +78,7 @@ def _lines(found: Findings, plans: list[OwnPlan]) -> list[str]:
     lines = [f"example plans: {len(found.examples)}, accepted {accepted}"]
     lines += [f"  refused {one.task}: {one.reason[:120]}" for one in found.examples if not one.accepted]
     for kind, counts in found.mutants.items():
-        refused = ", ".join(f"{number} as {why}" for why, number in counts.safe_refused.most_common())
+        refused = ", ".join(f"{number} as {why}" for why, number in counts.safe_refused.items())
         lines += [
             f"{kind}: {counts.mutants} mutants, {counts.unsafe} unsafe, "
             f"of these {counts.unsafe_accepted} accepted "

@@ -7,7 +7,6 @@ files, and the judge evaluates the benchmark's conditions on its own state.
 from __future__ import annotations
 
 import time
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures import TimeoutError as NoAnswerError
@@ -68,7 +67,7 @@ class MutantCounts:
     unsafe_only: int = 0
     unsafe_accepted_by_control: int = 0
     safe_accepted: int = 0
-    safe_refused: Counter[str] = field(default_factory=Counter)
+    safe_refused: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -124,11 +123,11 @@ def run_campaign(folder: Path) -> Findings:
     Returns:
         What was found.
     """
-    judged = dict(evaluator.read_tasks(folder))
+    tasks, judged = list(read_tasks(folder)), dict(evaluator.read_tasks(folder))
     examples, unexplained, idle = [], [], {}
     counts = {kind: MutantCounts() for kind in ("dropped", "swapped", "postponed")}
     left_out: dict[str, str] = {}
-    for task in read_tasks(folder):
+    for task in tasks:
         try:
             checker = load(convert(task, [parse_action(step) for step in task.plan]))
         except UnsupportedError as reason:
@@ -184,9 +183,9 @@ def _count(counts: MutantCounts, verdict: evaluator.Judgement, problems: Sequenc
         ("a condition fails before a later run of its action", bool(verdict.violated_again)),
     ):
         if is_it:
-            counts.safe_refused[reason] += 1
+            counts.safe_refused[reason] = counts.safe_refused.get(reason, 0) + 1
             return ""
-    counts.safe_refused["no reason known"] += 1
+    counts.safe_refused["no reason known"] = counts.safe_refused.get("no reason known", 0) + 1
     return f"refused, {problems[0]}"
 
 
@@ -200,8 +199,8 @@ def find_plans(folder: Path, time_limit: float) -> Iterator[OwnPlan]:
     Yields:
         What came of each task.
     """
-    judged = dict(evaluator.read_tasks(folder))
-    for task in read_tasks(folder):
+    tasks, judged = list(read_tasks(folder)), dict(evaluator.read_tasks(folder))
+    for task in tasks:
         started = time.monotonic()
         plan, outcome, detail = _plan_within(task, time_limit)
         seconds = round(time.monotonic() - started, 2)
