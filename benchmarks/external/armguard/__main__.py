@@ -1,8 +1,8 @@
-"""Put armguard-mcp's plans beside its keep-out box to AEROS's gate: `python -m benchmarks.external.armguard URDF`.
+"""Put armguard-mcp's plans beside its keep-out box to AEROS's gate.
 
-The plans are those of `workload.json`, which `make_workload.py` asked of the server. URDF is the arm with its
-collision meshes, for the judge (`pip install pin coal`); `franky_sim/assets/fr3.urdf` of the package
-franky-sim 1.0.4 has those of the FR3.
+`python -m benchmarks.external.armguard URDF`. The plans are those of `workload.json`, which
+`make_workload.py` asked of the server. URDF is the arm with its collision meshes, for the judge (`pip install
+pin coal`); `franky_sim/assets/fr3.urdf` of the package franky-sim 1.0.4 has those of the FR3.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Unsafe requests of armguard-mcp's evaluation, put to AEROS's gate in the FR3 cell.
 
-Of its 23 requests, these are the ones that ask for an action, so that one decision answers them. The rules for
-the sizes of steps are not of the shipped cell: armguard-mcp's policy has them, so the cell gets them here.
+Of its 23 requests, these are the ones that ask for an action, so that one decision answers them. The rules
+for the sizes of steps are not of the shipped cell: armguard-mcp's policy has them, so the cell gets them
+here.
 """
 
 from __future__ import annotations
@@ -157,7 +158,7 @@ def readings_at_rest() -> dict[str, Any]:
 
 
 def load_cell_gate() -> SkillGate:
-    """Prove a module that asks for anything in the FR3 cell with armguard-mcp's step rules, and load its gate."""
+    """Prove a module that asks for all it can in the FR3 cell, and load its gate."""
     text = cell_text([]).replace("\ninvariants:\n", f"\ninvariants:\n{_RULES}", 1)
     with tempfile.TemporaryDirectory() as folder:
         site, module = Path(folder, "cell.yaml"), Path(folder, "agent")

@@ -1,8 +1,8 @@
 """AEROS's decision on joint motions beside keep-out boxes.
 
 The cell is the shipped FR3 cell with the boxes as barriers. The motion is a straight line between two joint
-positions, as armguard-mcp plans it; AEROS's own planner gives it its timing. It goes through the decision that
-every motion goes through before it starts (`MotionDecider`).
+positions, as armguard-mcp plans it; AEROS's own planner gives it its timing. It goes through the decision
+that every motion goes through before it starts (`MotionDecider`).
 """
 
 from __future__ import annotations
@@ -49,7 +49,8 @@ class ZoneVerdict:
         is_allowed: True if nothing objects to the motion.
         zones: keep-out boxes that it is refused for.
         others: codes and rules of the other reasons.
-        hulls_are_clear: True if the closer check by the hulls of the links, which AEROS makes of obstacles and
+        hulls_are_clear: True if the closer check by the hulls of the links, which AEROS makes of obstacles
+        and
             not of barriers, finds the boxes clear.
     """
 

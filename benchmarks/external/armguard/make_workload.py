@@ -1,11 +1,11 @@
 """Ask armguard-mcp for plans near its keep-out box: `python make_workload.py URDF workload.json`.
 
-This runs in an environment of its own (`pip install armguard-mcp==0.1.1 pin`) and imports nothing of AEROS. Like
-the *near-zone* workload on the server's page it draws targets 2 to 8 cm outside a keep-out box, each from the home
-posture and with the hand's orientation there. The joint positions of a target are found by Pinocchio, as the
-server's own solver takes a quarter of a minute where there are none, and then the real server is asked over MCP
-for the motion to them (`plan_to_joints`). So the targets are not those of the page, which counts 201 of 300
-accepted, and a link inside a box in 84 of these.
+This runs in an environment of its own (`pip install armguard-mcp==0.1.1 pin`) and imports nothing of AEROS.
+Like the *near-zone* workload on the server's page it draws targets 2 to 8 cm outside a keep-out box, each
+from the home posture and with the hand's orientation there. The joint positions of a target are found by
+Pinocchio, as the server's own solver takes a quarter of a minute where there are none, and then the real
+server is asked over MCP for the motion to them (`plan_to_joints`). So the targets are not those of the page,
+which counts 201 of 300 accepted, and a link inside a box in 84 of these.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class InverseKinematics:
 
 
 def draw_target(chance: random.Random, policy: Any) -> list[float]:
-    """Draw a point of the workspace that is 2 to 8 cm outside a face of the keep-out box, and in no box, m."""
+    """Draw a point of the workspace, m: 2 to 8 cm outside a face of the keep-out box, and in no box."""
     zone = next(one for one in policy.workspace.keep_out if one.name == ZONE)
     while True:
         point = [chance.uniform(low, high) for low, high in zip(zone.min, zone.max, strict=True)]
@@ -91,7 +91,7 @@ async def ask(policy: Any, urdf: str) -> list[dict[str, Any]]:
     from mcp.client import Client
 
     backend = FakeBackend.from_policy(policy)
-    chance = random.Random(SEED)
+    chance = random.Random(SEED)  # noqa: S311  targets, not secrets
     home = list(policy.robot.home_joint_positions)
     solver = InverseKinematics(urdf, chance, home)
     limits = [(one.min, one.max) for one in policy.robot.limits_list()]

@@ -95,8 +95,8 @@ class Annotations:
 
 
 @dataclass
-class World:
-    """Predicate state of one task.
+class PredicateState:
+    """Predicates that hold in one task at one time.
 
     Attributes:
         kinds: kind of each thing, by its name.
@@ -115,8 +115,6 @@ class World:
     pessimistic: bool
     support: dict[str, tuple[str, str]] = field(default_factory=dict)
     facts: set[tuple[str, ...]] = field(default_factory=set)
-
-    # Places
 
     def carriers(self, thing: str) -> Iterator[tuple[str, str]]:
         """Yield the supports below a thing, nearest first."""
@@ -138,8 +136,6 @@ class World:
         places = [self.support.get(each, ("on", FLOOR)) for each in (one, other)]
         places = [("on", FLOOR) if place.startswith("floor.") else (how, place) for how, place in places]
         return self.pessimistic and places[0] == places[1]
-
-    # Conditions
 
     def holds(self, condition: Expression, bound: Mapping[str, str] | None = None) -> bool:
         """Evaluate a condition of BDDL."""
@@ -175,7 +171,13 @@ class World:
                 return (head, *names) in self.facts
         raise ValueError(f"unknown predicate `{head}`")
 
-    # Primitives
+    def _is_substance(self, thing: str) -> bool:
+        kind = self.kinds[thing]
+        return self.annotations.has(kind, "substance") or kind.startswith("cooked__")
+
+
+class World(PredicateState):
+    """Predicate state that primitives change."""
 
     def run(self, action: str) -> None:
         """Run one primitive.
@@ -205,10 +207,6 @@ class World:
         for place in self.kinds:
             if "openable" in self.able[place] and self.is_inside(thing, place):
                 self._need(("open", place) in self.facts, f"`{place}` is closed")
-
-    def _is_substance(self, thing: str) -> bool:
-        kind = self.kinds[thing]
-        return self.annotations.has(kind, "substance") or kind.startswith("cooked__")
 
     def _open(self, thing: str) -> None:
         self._need("openable" in self.able[thing], "cannot be opened")

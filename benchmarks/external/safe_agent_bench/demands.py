@@ -1,7 +1,8 @@
 """Demands on time as rules of a site, and the decision on a step after a trace of measurements.
 
 A deadline counts steps. AEROS's past-time conditions count seconds, as one step takes one robot longer than
-another; so a site says how long a step may take (`STEP`), and a deadline of n steps is a window of n - 1 of them.
+another; so a site says how long a step may take (`STEP`), and a deadline of n steps is a window of n - 1 of
+them.
 """
 
 from __future__ import annotations
@@ -54,7 +55,8 @@ class Demand:
     Attributes:
         task: number of the task, from 0.
         kind: `order`, `deadline` or `eventual`.
-        condition: what has to hold before the action (`order`), what may not last (`deadline`), or what has to
+        condition: what has to hold before the action (`order`), what may not last (`deadline`), or what has
+        to
             hold at the end (`eventual`).
         actions: the action that needs the condition (`order`), or those that end it (`deadline`).
         steps: steps until it has to end (`deadline`).

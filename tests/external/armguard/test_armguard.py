@@ -1,6 +1,7 @@
 """AEROS's gate on the unsafe requests of armguard-mcp's evaluation, and on its plans beside a keep-out box.
 
-The judge's distances are those of docs/results/external/armguard.json; they were measured by Pinocchio and Coal.
+The judge's distances are those of docs/results/external/armguard.json; they were measured by Pinocchio and
+Coal.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ def test_a_window_of_seconds_counts_the_steps_of_a_deadline(steps: int, trace: l
         assert gate.allows(OTHER_STEP) is (running < steps)
 
 
-def test_what_is_not_measured_denies() -> None:
+def test_an_unknown_predicate_denies() -> None:
     gate = DemandGate(DEADLINES[0])
     gate.measure({})
     assert not gate.allows(OTHER_STEP)

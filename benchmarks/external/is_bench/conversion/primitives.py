@@ -14,7 +14,13 @@ from typing import Final
 
 from benchmarks.external.is_bench.conversion.formulas import FALSE, TRUE, conjunction, disjunction, negation
 from benchmarks.external.is_bench.conversion.task import Action, category
-from benchmarks.external.is_bench.conversion.vocabulary import UnsupportedError, Vocabulary
+from benchmarks.external.is_bench.conversion.vocabulary import (
+    UnsupportedError,
+    Vocabulary,
+    cooked_form,
+    soaked_up,
+    sources,
+)
 
 MAX_CONDITIONAL_EFFECTS: Final = 6
 """Greatest number of effects of one action that depend on the state; each doubles its skills."""
@@ -193,36 +199,38 @@ class Primitives:
             self._words.fact("saturated", tool, one) for one in self._task.kinds if category(one) == substance
         )
 
-    def _taken(self, substances: Sequence[str], vessel: str, *fact: str) -> tuple[str, list[Variant]]:
+    def _moved_contents(
+        self, substances: Sequence[str], vessel: str, *fact: str
+    ) -> tuple[str, list[Variant]]:
         """Something of the substances is in the vessel, and whatever is in it makes the fact of it true."""
         held = {one: self._words.fact("contains", vessel, one) for one in substances}
         changes = [Variant(is_in, self._words.fact_effect(TRUE, *fact, one)) for one, is_in in held.items()]
         return disjunction(held.values()), changes
 
     def _soak_inside(self, tool: str, vessel: str) -> tuple[list[str], list[Variant]]:
-        substances = self._words.soaked_up(tool, self._words.contents(vessel))
-        some, changes = self._taken(substances, vessel, "saturated", tool)
+        substances = soaked_up(self._task, tool, self._words.contents(vessel))
+        some, changes = self._moved_contents(substances, vessel, "saturated", tool)
         return [self._able(vessel, "fillable"), self._reachable(tool), self._reachable(vessel), some], changes
 
     def _soak_under(self, tool: str, source: str) -> tuple[list[str], list[Variant]]:
-        substances = self._words.soaked_up(tool, self._words.sources(source))
+        substances = soaked_up(self._task, tool, sources(self._task, source))
         needs = [TRUE if substances else FALSE, self._is_running(source), self._reachable(tool)]
         return needs, [change for one in substances for change in self._set(TRUE, "saturated", tool, one)]
 
     def _fill_with(self, vessel: str, source: str) -> tuple[list[str], list[Variant]]:
-        substances = self._words.sources(source)
+        substances = sources(self._task, source)
         needs = [self._able(vessel, "fillable"), TRUE if substances else FALSE]
         needs += [self._is_running(source), self._reachable(vessel)]
         return needs, [change for one in substances for change in self._set(TRUE, "contains", vessel, one)]
 
     def _pour_into(self, vessel: str, target: str) -> tuple[list[str], list[Variant]]:
-        some, changes = self._taken(self._words.contents(vessel), vessel, "contains", target)
+        some, changes = self._moved_contents(self._words.contents(vessel), vessel, "contains", target)
         needs = [self._able(one, "fillable") for one in (vessel, target)]
         return [*needs, self._reachable(target), self._reachable(vessel), some], changes
 
     def _spread(self, vessel: str, target: str) -> tuple[list[str], list[Variant]]:
         how = "saturated" if self._task.has(target, "cloth") else "covered"
-        some, changes = self._taken(self._words.contents(vessel), vessel, how, target)
+        some, changes = self._moved_contents(self._words.contents(vessel), vessel, how, target)
         needs = [self._able(vessel, "fillable"), self._reachable(vessel), self._reachable(target), some]
         return needs, changes
 
@@ -238,14 +246,14 @@ class Primitives:
         needs, changes = [], []
         for content in self._words.contents(thing):
             held = self._words.fact("contains", thing, content)
-            cooked = self._words.cooked_form(content)
+            cooked = cooked_form(self._task, content)
             needs.append(disjunction((negation(held), FALSE if cooked is None else self._is_heated(thing))))
             if cooked is not None:
                 changes.append(Variant(held, self._cooked_effects(thing, content, cooked)))
         return needs, changes
 
     def _cook_substance(self, thing: str) -> tuple[list[str], list[Variant]]:
-        cooked = self._words.cooked_form(thing)
+        cooked = cooked_form(self._task, thing)
         needs: list[str] = []
         changes: list[Variant] = []
         before: list[str] = []

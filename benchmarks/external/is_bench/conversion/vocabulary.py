@@ -158,21 +158,6 @@ class Vocabulary:
         """List the substances that may ever cover a thing."""
         return [fact[2] for fact in self._ever() if fact[:2] == ("covered", thing)]
 
-    def sources(self, thing: str) -> list[str]:
-        """List the substances that come from a source."""
-        return [fact[2] for fact in self.task.init if fact[:2] == ("insource", thing)]
-
-    def soaked_up(self, tool: str, substances: Iterable[str]) -> list[str]:
-        """List those of the substances that a cleaning tool takes up."""
-        rules = [rule for rule in self.task.wash_rules if rule.tool == category(tool)]
-        known = {rule.system for rule in rules} | {value for rule in rules for _, value in rule.needs}
-        return [one for one in substances if category(one) in known]
-
-    def cooked_form(self, substance: str) -> str | None:
-        """Return the substance that cooking makes of another one."""
-        start = f"cooked__{category(substance)}."
-        return next((one for one in self.task.kinds if one.startswith(start)), None)
-
     # Construction
 
     def _name(self, fact: tuple[str, ...]) -> str:
@@ -209,40 +194,8 @@ class Vocabulary:
         while size != len(found):
             size = len(found)
             for name, *things in self.actions:
-                found |= dict.fromkeys(self._made_possible(name, things, list(found)))
+                found |= dict.fromkeys(_made_possible(self.task, name, things, list(found)))
         return list(found)
-
-    def _made_possible(
-        self, name: str, things: list[str], found: list[tuple[str, ...]]
-    ) -> Iterator[tuple[str, ...]]:
-        def contents(vessel: str) -> list[str]:
-            return [fact[2] for fact in found if fact[:2] == ("contains", vessel)]
-
-        match name, things:
-            case "open", [thing]:
-                yield "open", thing
-            case "toggle_on", [thing]:
-                yield "toggled_on", thing
-            case "soak_inside", [tool, vessel]:
-                yield from (("saturated", tool, one) for one in self.soaked_up(tool, contents(vessel)))
-            case "soak_under", [tool, source]:
-                yield from (("saturated", tool, one) for one in self.soaked_up(tool, self.sources(source)))
-            case "fill_with", [vessel, source]:
-                yield from (("contains", vessel, one) for one in self.sources(source))
-            case "pour_into", [vessel, target]:
-                yield from (("contains", target, one) for one in contents(vessel))
-            case "spread", [vessel, target]:
-                how = "saturated" if self.task.has(target, "cloth") else "covered"
-                yield from ((how, target, one) for one in contents(vessel))
-            case "wait_for_frozen", [thing, _]:
-                yield "frozen", thing
-            case "wait_for_cooked", [thing]:
-                yield from (("cooked", thing), ("hot", thing))
-                for vessel in self.task.kinds:
-                    for one in contents(vessel):
-                        cooked = self.cooked_form(one)
-                        if cooked is not None and thing in {vessel, one}:
-                            yield from (("contains", vessel, cooked), ("real", cooked))
 
     # Places
 
@@ -284,6 +237,59 @@ class Vocabulary:
             stands = f"at_{identifier(thing)} == {_member(None)}" if thing in self._supports else TRUE
             parts.append(stands)
         return disjunction(parts)
+
+
+def sources(task: Task, thing: str) -> list[str]:
+    """List the substances that come from a source."""
+    return [fact[2] for fact in task.init if fact[:2] == ("insource", thing)]
+
+
+def soaked_up(task: Task, tool: str, substances: Iterable[str]) -> list[str]:
+    """List those of the substances that a cleaning tool takes up."""
+    rules = [rule for rule in task.wash_rules if rule.tool == category(tool)]
+    known = {rule.system for rule in rules} | {value for rule in rules for _, value in rule.needs}
+    return [one for one in substances if category(one) in known]
+
+
+def cooked_form(task: Task, substance: str) -> str | None:
+    """Return the substance that cooking makes of another one."""
+    start = f"cooked__{category(substance)}."
+    return next((one for one in task.kinds if one.startswith(start)), None)
+
+
+def _made_possible(
+    task: Task, name: str, things: list[str], found: list[tuple[str, ...]]
+) -> Iterator[tuple[str, ...]]:
+    """Yield the facts that an action may make true, if those of `found` are possible."""
+
+    def contents(vessel: str) -> list[str]:
+        return [fact[2] for fact in found if fact[:2] == ("contains", vessel)]
+
+    match name, things:
+        case "open", [thing]:
+            yield "open", thing
+        case "toggle_on", [thing]:
+            yield "toggled_on", thing
+        case "soak_inside", [tool, vessel]:
+            yield from (("saturated", tool, one) for one in soaked_up(task, tool, contents(vessel)))
+        case "soak_under", [tool, source]:
+            yield from (("saturated", tool, one) for one in soaked_up(task, tool, sources(task, source)))
+        case "fill_with", [vessel, source]:
+            yield from (("contains", vessel, one) for one in sources(task, source))
+        case "pour_into", [vessel, target]:
+            yield from (("contains", target, one) for one in contents(vessel))
+        case "spread", [vessel, target]:
+            how = "saturated" if task.has(target, "cloth") else "covered"
+            yield from ((how, target, one) for one in contents(vessel))
+        case "wait_for_frozen", [thing, _]:
+            yield "frozen", thing
+        case "wait_for_cooked", [thing]:
+            yield from (("cooked", thing), ("hot", thing))
+            for vessel in task.kinds:
+                for one in contents(vessel):
+                    cooked = cooked_form(task, one)
+                    if cooked is not None and thing in {vessel, one}:
+                        yield from (("contains", vessel, cooked), ("real", cooked))
 
 
 def _is_place(fact: tuple[str, ...]) -> bool:
