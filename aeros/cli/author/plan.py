@@ -31,7 +31,7 @@ from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.expr.semantics import Value
-from aeros.spec.model.ecm import ActionCondition, Ecm, Task
+from aeros.spec.model.ecm import ActionCondition, Ecm, Task, owner_of
 from aeros.spec.model.site import Site
 from aeros.spec.planning.domain import PlanningDomain, domain_for
 from aeros.spec.planning.pddl import write_pddl
@@ -61,7 +61,8 @@ examples:
   aeros plan "make dumplings" --export-pddl pddl/
   aeros plan check dumplings.plan "make dumplings"       accept a given plan, or list its problems
 
-A given plan has the format of classical planners: one `(module.skill)`, or PDDL action, on each line.
+A given plan has the format of classical planners: one `(module.skill)`, `(module.capability)` or PDDL action
+on each line.
 """
 
 
@@ -100,6 +101,11 @@ def add_to(commands: Subparsers) -> None:
         metavar="FOLDER",
         help="write domain.pddl and problem.pddl for a classical planner instead of planning",
     )
+    parser.add_argument(
+        "--every-step",
+        action="store_true",
+        help="of `check FILE`: check the steps after the goal is reached, too, as other executors run them",
+    )
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.set_defaults(command=_command)
 
@@ -135,6 +141,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
         raise UsageError("give an instruction or --goal")
     if check is not None and arguments.export_pddl is not None:
         raise UsageError("`check` cannot be combined with --export-pddl")
+    if check is None and arguments.every_step:
+        raise UsageError("--every-step requires `check FILE`")
     site, modules, others = _load(arguments)
     task: Task | None = None
     if instruction is not None:
@@ -146,14 +154,25 @@ def _command(arguments: argparse.Namespace) -> Exit:
     goal = parse_goal(arguments.goal, site) if arguments.goal is not None else _task_goal(task)
     known = _start(site, task, dict(arguments.initial), modules.values())
     steps = None if check is None else _steps(check)
-    also = {step.partition(" ")[0].casefold() for step in steps or ()}
+    providers = capability_providers(modules)
+    also = {
+        name.casefold()
+        for step in steps or ()
+        for name in providers.get(step.casefold(), (step.partition(" ")[0],))
+    }
     kept = () if task is None else task.invariants
     domain = domain_for(modules, site, known, goal.term, kept, extra_variables=also)
     start = domain.state(known)
     if arguments.export_pddl is not None:
         return _export_pddl(arguments.export_pddl, domain, start)
     if steps is not None:
-        return _check_result(StrongCyclicStrategy(domain), start, steps, arguments.format)
+        strategy = StrongCyclicStrategy(domain)
+        try:
+            problems = find_step_problems(strategy, start, steps, providers, every_step=arguments.every_step)
+        except PlanUndecidedError as why:
+            print(f"aeros: undecided: {why}", file=sys.stderr)
+            return Exit.UNDECIDED
+        return _check_result(steps, problems, arguments.format)
     found: dict[str, Any] = {
         "schema": SCHEMA,
         "goal": goal.text,
@@ -206,12 +225,24 @@ def _export_pddl(folder: Path, domain: PlanningDomain, start: State) -> Exit:
     return Exit.SUCCESS
 
 
-def _check_result(strategy: StrongCyclicStrategy, start: State, steps: tuple[str, ...], form: str) -> Exit:
-    try:
-        problems = find_step_problems(strategy, start, steps)
-    except PlanUndecidedError as why:
-        print(f"aeros: undecided: {why}", file=sys.stderr)
-        return Exit.UNDECIDED
+def capability_providers(modules: Mapping[str, Ecm]) -> dict[str, tuple[str, ...]]:
+    """Collect the skills that provide each capability.
+
+    Args:
+        modules: active modules by id.
+
+    Returns:
+        Names MODULE.SKILL by MODULE.CAPABILITY, case-folded, for capabilities that skills alone provide.
+    """
+    return {
+        f"{module}.{name}".casefold(): tuple(".".join(owner_of(one, module)) for one in ecm.providers(name))
+        for module, ecm in modules.items()
+        for name in ecm.capabilities
+        if name not in ecm.skills and ecm.providers(name)
+    }
+
+
+def _check_result(steps: tuple[str, ...], problems: list[str], form: str) -> Exit:
     if form == "json":
         found = {"schema": CHECK_SCHEMA, "steps": steps, "accepted": not problems, "problems": problems}
         print(json.dumps(found, indent=1))

@@ -3,12 +3,16 @@
 The plan is accepted iff each step can start after any successes of the steps before it, no outcome of a step
 (failures and their recoveries included) leads to a state from which the goal cannot be reached, conditions
 are known where they are evaluated, and the goal is reached at the end. As in the agent's loop, nothing more
-is done once the goal is reached, and a step that fails for good ends the plan.
+is done once the goal is reached, and a step that fails for good ends the plan. Other executors run every step
+of a plan: `every_step` checks the steps after the goal, too, and asks for the goal after the last of them.
+
+Where each step has one outcome, a success, a plan that reaches the goal is itself the proof that the goal can
+be reached from each state on the way, so nothing is searched.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from aeros.spec.closed_loop.invocation import State
@@ -16,7 +20,7 @@ from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.model.step_graph import If, Par, Part, Seq, steps_of
-from aeros.spec.planning.domain import GroundSkill, PartialCondition
+from aeros.spec.planning.domain import GroundSkill, PartialCondition, PlanningDomain
 from aeros.spec.planning.pddl import action_name
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 from aeros.spec.planning.unreachability import unreachability_reasons
@@ -61,6 +65,7 @@ class PlannedStep:
         recovery_choices: skills that may run between two attempts.
         last_choices: skills that may run after the last attempt has failed.
         skip_condition: the step is skipped if this is measured as true.
+        alternatives: where some of `choices` cannot start, one of the others runs; else all must be able to.
     """
 
     name: str
@@ -70,6 +75,7 @@ class PlannedStep:
     recovery_choices: tuple[GroundSkill, ...] = ()
     last_choices: tuple[GroundSkill, ...] = ()
     skip_condition: t.Term | None = None
+    alternatives: bool = False
 
 
 class _PlanProblemError(Exception):
@@ -84,12 +90,27 @@ States = dict[State, None]
 
 
 class _PlanSimulation:
-    """Simulation of a plan on all states that the successes of its steps lead to."""
+    """Simulation of a plan on all states that the successes of its steps lead to.
 
-    def __init__(self, strategy: StrongCyclicStrategy, known: Environment, plan: Part[PlannedStep]) -> None:
+    With `searches`, the goal is searched from each state on the way; without, `is_settled` says whether the
+    result is the same: every step had one outcome, a success.
+    """
+
+    def __init__(
+        self,
+        strategy: StrongCyclicStrategy,
+        known: Environment,
+        plan: Part[PlannedStep],
+        *,
+        every_step: bool,
+        searches: bool,
+    ) -> None:
+        self.is_settled = True
         self._strategy = strategy
         self._domain = strategy.domain
         self._known = known
+        self._every_step = every_step
+        self._searches = searches
         self._numbers = {id(step): number for number, step in enumerate(steps_of(plan), 1)}
 
     def simulate(self, part: Part[PlannedStep], states: States) -> States:
@@ -98,7 +119,9 @@ class _PlanSimulation:
         Raises:
             _PlanProblemError: the part cannot be carried out, or cannot be checked.
         """
-        there = {state: None for state in states if self._domain.goal(state) is True}
+        there: States = {}
+        if not self._every_step:
+            there = {state: None for state in states if self._domain.goal(state) is True}
         pending = {state: None for state in states if state not in there}
         if not pending:
             return states
@@ -143,6 +166,8 @@ class _PlanSimulation:
                 after[state] = None
                 continue
             unable = [choice for choice in step.choices if not self._domain.can_start(choice, state)]
+            if step.alternatives and len(unable) < len(step.choices):
+                unable = []
             problems += [self._start_problem(choice, state) for choice in unable]
             if not problems:
                 problems += self._retry_problems(step, state, after)
@@ -180,13 +205,21 @@ class _PlanSimulation:
         for choice in choices:
             if not self._domain.can_start(choice, state):
                 continue
-            for then, outcome, _ in self._domain.after(choice, state):
-                problem = ""
-                if not self._strategy.solves(then):
-                    why = unreachability_reasons(self._domain, then, risky=True)
-                    # The reason first: states are long, and some readers cut.
-                    problem = f"after `{outcome.id}`, {why}: {self._domain.format_state(then)}"
-                yield then, outcome.failure, problem
+            after = self._domain.after(choice, state)
+            self.is_settled &= len(after) == 1 and not after[0][1].failure
+            for then, outcome, _ in after:
+                yield then, outcome.failure, self._loss(then, outcome.id)
+
+    def _loss(self, then: State, outcome: str) -> str:
+        """Return the reason that the goal is lost in `then`; empty if it is not, or is not searched."""
+        shown = self._domain.format_state
+        if not self._searches:
+            broken = self._domain.violated_invariant(then)
+            return "" if broken is None else f"after `{outcome}`, `{broken}` does not hold: {shown(then)}"
+        if self._strategy.solves(then):
+            return ""
+        # The reason first: states are long, and some readers cut.
+        return f"after `{outcome}`, {unreachability_reasons(self._domain, then, risky=True)}: {shown(then)}"
 
     def _start_problem(self, choice: GroundSkill, state: State) -> str:
         shown, clause = self._domain.format_state(state), choice.skill.precondition
@@ -199,7 +232,12 @@ class _PlanSimulation:
 
 
 def find_plan_problems(
-    strategy: StrongCyclicStrategy, start: State, plan: Part[PlannedStep], known: Environment | None = None
+    strategy: StrongCyclicStrategy,
+    start: State,
+    plan: Part[PlannedStep],
+    known: Environment | None = None,
+    *,
+    every_step: bool = False,
 ) -> list[str]:
     """List the reasons not to follow a plan.
 
@@ -208,6 +246,7 @@ def find_plan_problems(
         start: first state.
         plan: the plan.
         known: measured values, for conditions on variables that no outcome sets.
+        every_step: the plan's executor goes on after the goal is reached.
 
     Returns:
         The reasons in words; empty iff the plan is accepted.
@@ -221,23 +260,45 @@ def find_plan_problems(
     ]
     if unusable:
         return unusable
+    for searches in (False, True):
+        simulation = _PlanSimulation(strategy, known or {}, plan, every_step=every_step, searches=searches)
+        problems = _problems_of(simulation, strategy.domain, plan, start)
+        if simulation.is_settled:
+            break
+    return problems
+
+
+def _problems_of(
+    simulation: _PlanSimulation, domain: PlanningDomain, plan: Part[PlannedStep], start: State
+) -> list[str]:
     try:
-        ends = _PlanSimulation(strategy, known or {}, plan).simulate(plan, {start: None})
+        ends = simulation.simulate(plan, {start: None})
     except _PlanProblemError as found:
         return found.problems
-    goal, shown = strategy.domain.goal, strategy.domain.format_state
     return [
-        f"it ends, and the goal does not hold: {shown(state)}" for state in ends if goal(state) is not True
+        f"it ends, and the goal does not hold: {domain.format_state(state)}"
+        for state in ends
+        if domain.goal(state) is not True
     ]
 
 
-def find_step_problems(strategy: StrongCyclicStrategy, start: State, steps: Sequence[str]) -> list[str]:
+def find_step_problems(
+    strategy: StrongCyclicStrategy,
+    start: State,
+    steps: Sequence[str],
+    providers: Mapping[str, Sequence[str]] | None = None,
+    *,
+    every_step: bool = False,
+) -> list[str]:
     """List the reasons not to follow a sequence of steps, each attempted once.
 
     Args:
         strategy: strategies of the planning domain.
         start: first state.
-        steps: labels of choices, or their PDDL action names.
+        steps: labels of choices, their PDDL action names, or capabilities.
+        providers: labels of the choices that provide a capability, by its name MODULE.CAPABILITY. A step that
+            names one runs a provider that can start then.
+        every_step: the steps' executor goes on after the goal is reached.
 
     Returns:
         The reasons in words; empty iff the plan is accepted.
@@ -245,20 +306,28 @@ def find_step_problems(strategy: StrongCyclicStrategy, start: State, steps: Sequ
     Raises:
         PlanUndecidedError: a search for a strategy was given up.
     """
+    labels = _choices_by_label(strategy.domain)
+    capabilities = {name.casefold(): provided_by for name, provided_by in (providers or {}).items()}
     planned = []
     for step in steps:
-        choice = _choice_by_name(strategy, step)
-        planned.append(
-            PlannedStep(step, (), choice) if isinstance(choice, str) else PlannedStep(step, (choice,))
-        )
-    return find_plan_problems(strategy, start, Seq(tuple(planned)))
+        provided_by = capabilities.get(step.casefold(), ())
+        found = [_choice_by_name(strategy.domain, labels, name) for name in provided_by or (step,)]
+        problem = next((one for one in found if isinstance(one, str)), "")
+        choices = tuple(one for one in found if not isinstance(one, str))
+        planned.append(PlannedStep(step, () if problem else choices, problem, alternatives=bool(provided_by)))
+    return find_plan_problems(strategy, start, Seq(tuple(planned)), every_step=every_step)
 
 
-def _choice_by_name(strategy: StrongCyclicStrategy, step: str) -> GroundSkill | str:
-    domain = strategy.domain
+def _choices_by_label(domain: PlanningDomain) -> dict[str, GroundSkill]:
     labels = {choice.label.casefold(): choice for choice in domain.choices}
     for choice in domain.choices:
         labels |= dict.fromkeys((action_name(choice, o).casefold() for o in choice.skill.outcomes), choice)
+    return labels
+
+
+def _choice_by_name(
+    domain: PlanningDomain, labels: Mapping[str, GroundSkill], step: str
+) -> GroundSkill | str:
     if step.casefold() in labels:
         return labels[step.casefold()]
     if step in domain.excluded_skills:

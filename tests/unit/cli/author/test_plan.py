@@ -177,6 +177,7 @@ def test_a_plan_from_elsewhere_is_judged(
         (["check", "no.plan", "make dumplings"], "the plan to check: `no.plan`: No such file or directory"),
         (["check", "ecms"], "give an instruction or --goal"),
         (["make", "dumplings"], 'an instruction is one argument: "make dumplings"'),
+        (["make dumplings", "--every-step"], "--every-step requires `check FILE`"),
         (
             ["check", "ecms", "make dumplings", "--export-pddl", "out"],
             "`check` cannot be combined with --export-pddl",

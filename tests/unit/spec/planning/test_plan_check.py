@@ -98,6 +98,63 @@ def test_a_step_that_is_none_is_refused_with_the_nearest_or_the_reason() -> None
     ]
 
 
+def test_every_step_counts_for_an_executor_that_runs_all() -> None:
+    unwrap = skill("unwrap", outcome("raw", {COOKED: False, WRAPPED: False}))
+    strategy = strategy_of(BOIL, READY, unwrap)
+    undone = ["kitchen.wrap", "kitchen.boil", "kitchen.unwrap"]
+    assert find_step_problems(strategy, START, undone) == []
+    assert find_step_problems(strategy, START, undone, every_step=True) == [
+        "it ends, and the goal does not hold: dumpling_cooked = false, dumpling_wrapped = false"
+    ]
+    assert find_step_problems(strategy, START, [*undone, *undone[:2]], every_step=True) == []
+    (found,) = find_step_problems(strategy, START, [*undone, "kitchen.boil"], every_step=True)
+    assert found.startswith("step 4, `kitchen.boil`: its precondition")
+
+
+def test_a_step_that_names_a_capability_runs_a_provider_that_can_start() -> None:
+    steam = skill("steam", outcome("cooked", {COOKED: True}), precondition=f"not {WRAPPED}")
+    strategy = strategy_of(BOIL, READY, steam)
+    providers = {"kitchen.cooking": ("kitchen.boil", "kitchen.steam"), "kitchen.none": ("kitchen.fry",)}
+    for start in (START, (False, True)):
+        assert find_step_problems(strategy, start, ["kitchen.Cooking"], providers) == []
+    boil = {"kitchen.cooking": ("kitchen.boil",)}
+    (found,) = find_step_problems(strategy, START, ["kitchen.cooking"], boil)
+    assert found.startswith("step 1, `kitchen.cooking`: its precondition `dumpling_wrapped` does not hold")
+    (found,) = find_step_problems(strategy, START, ["kitchen.none"], providers)
+    assert found.startswith("step 1, `kitchen.none`: no such skill")
+
+
+def test_each_provider_that_can_start_has_to_lead_on() -> None:
+    burn = skill("burn", outcome("burnt", {ALIGNED: True}))
+    boil = skill("boil", outcome("cooked", {COOKED: True}), precondition=f"not {ALIGNED}")
+    strategy = strategy_of(boil, burn)
+    both = {"kitchen.cooking": ("kitchen.boil", "kitchen.burn")}
+    assert find_step_problems(strategy, START, ["kitchen.cooking"], both) != []
+
+
+def test_a_plan_whose_steps_have_one_outcome_each_is_checked_without_a_search() -> None:
+    def search(*_: object) -> None:
+        raise AssertionError("searched")
+
+    strategy = StrongCyclicStrategy(domain_of(BOIL, READY, goal=COOKED), search)
+    assert find_step_problems(strategy, START, ["kitchen.wrap", "kitchen.boil"]) == []
+    assert find_step_problems(strategy, START, ["kitchen.boil"]) != []
+    burning = StrongCyclicStrategy(domain_of(BURN, goal=COOKED), search)
+    with pytest.raises(AssertionError, match="searched"):
+        find_step_problems(burning, START, ["kitchen.boil"])
+
+
+def test_a_broken_invariant_is_a_problem_without_a_search_too() -> None:
+    domain = replace(
+        KITCHEN.domain,
+        invariants={
+            "stays-raw": KITCHEN.domain.condition(term(f"not {WRAPPED}"), choice_of(KITCHEN.domain, "wrap"))
+        },
+    )
+    (found,) = find_step_problems(StrongCyclicStrategy(domain), START, ["kitchen.wrap", "kitchen.boil"])
+    assert found.startswith("step 1, `kitchen.wrap`: after `wrapped`, `stays-raw` does not hold: ")
+
+
 BURN = skill(
     "boil",
     outcome("cooked", {COOKED: True}),

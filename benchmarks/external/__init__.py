@@ -1,0 +1,1 @@
+"""Benchmarks that other people published, run on AEROS."""

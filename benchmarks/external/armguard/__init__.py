@@ -1,0 +1,1 @@
+"""Keep-out workload and attacks of armguard-mcp, put to AEROS's gate."""
