@@ -12,14 +12,16 @@ import socket
 import struct
 from array import array
 from collections.abc import Sequence
+from functools import cache
 from typing import Any, Final, NamedTuple
 
-from aeros.franka.arm import JOINTS, ArmState
+from aeros.franka.arm import ArmState
 from aeros.franka.streamed_motion import PathPiece
 
-_STATE: Final = struct.Struct(f"<cd{5 * JOINTS}dBd?")
 _JUDGED: Final = struct.Struct("<cd")
-_PATH: Final = struct.Struct("<cd")
+_PATH: Final = struct.Struct("<cdB")
+_COLUMNS: Final = 5
+"""Numbers of a state for each joint."""
 
 _BUFFER_BYTES: Final = 1 << 20
 _LARGEST: Final = 1 << 18
@@ -165,12 +167,13 @@ def encode(message: Message) -> bytes:
     if isinstance(message, StateMessage):
         one = message.state
         columns = (*one.q, *one.dq, *one.q_d, *one.torque, *one.external_torque)
-        return _STATE.pack(b"S", one.time, *columns, one.mode, one.success_rate, message.is_controlled)
+        form = _state_form(len(columns))
+        return form.pack(b"S", one.time, *columns, one.mode, one.success_rate, message.is_controlled)
     if isinstance(message, JudgedMessage):
         return _JUDGED.pack(b"T", message.time)
     if isinstance(message, StartMessage):
         numbers = array("d", [value for piece in message.path for corner in piece for value in corner])
-        return _PATH.pack(b"P", message.duration) + numbers.tobytes()
+        return _PATH.pack(b"P", message.duration, len(message.path[0][0])) + numbers.tobytes()
     return b"J" + json.dumps(message).encode()
 
 
@@ -188,15 +191,19 @@ def decode(data: bytes) -> Message:
     """
     try:
         if data[:1] == b"S":
-            _, time, *numbers, mode, rate, is_controlled = _STATE.unpack(data)
+            count, left = divmod(len(data) - _state_form(0).size, 8 * _COLUMNS)
+            if left or count <= 0:
+                raise ValueError("no state")  # noqa: TRY301  this function says what it cannot read
+            _, time, *numbers, mode, rate, is_controlled = _state_form(_COLUMNS * count).unpack(data)
             q, dq, q_d, torque, external = (
-                tuple(numbers[first : first + JOINTS]) for first in range(0, 5 * JOINTS, JOINTS)
+                tuple(numbers[first : first + count]) for first in range(0, _COLUMNS * count, count)
             )
             return StateMessage(ArmState(time, q, dq, q_d, torque, external, mode, rate), is_controlled)
         if data[:1] == b"T":
             return JudgedMessage(_JUDGED.unpack(data)[1])
         if data[:1] == b"P":
-            return StartMessage(_path_of(data[_PATH.size :]), _PATH.unpack(data[: _PATH.size])[1])
+            _, duration, count = _PATH.unpack(data[: _PATH.size])
+            return StartMessage(_path_of(data[_PATH.size :], count), duration)
         return dict(json.loads(data[1:]))
     except (struct.error, ValueError, TypeError) as failure:
         raise LinkClosedError(f"a message of {len(data)} bytes cannot be read: {failure}") from failure
@@ -215,13 +222,19 @@ def event(kind: str, **details: Any) -> dict[str, Any]:
     return {"is": kind, **details}
 
 
-def _path_of(data: bytes) -> tuple[PathPiece, ...]:
+@cache
+def _state_form(numbers: int) -> struct.Struct:
+    """Return the form of a state with so many numbers of joints."""
+    return struct.Struct(f"<cd{numbers}dBd?")
+
+
+def _path_of(data: bytes, joints: int) -> tuple[PathPiece, ...]:
     numbers = array("d")
     numbers.frombytes(data)
     corners: Sequence[tuple[float, ...]] = [
-        tuple(numbers[first : first + JOINTS]) for first in range(0, len(numbers), JOINTS)
+        tuple(numbers[first : first + joints]) for first in range(0, len(numbers), max(1, joints))
     ]
-    if not corners or len(corners) % 4 or len(numbers) % JOINTS:
+    if not corners or len(corners) % 4 or len(numbers) % max(1, joints):
         raise ValueError(f"{len(numbers)} numbers are no path")
     return tuple(
         (corners[first], corners[first + 1], corners[first + 2], corners[first + 3])
