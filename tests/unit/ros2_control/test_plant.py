@@ -142,7 +142,7 @@ def test_another_client_that_takes_the_controller_is_cancelled(
                 },
             }
         )
-        end = run(plant, move(0.4, speed=0.02))
+        end = run(plant, move(0.4, speed=0.05))
         assert str(end.reason).startswith("preempted: another client replaced the motion")
         other.communicate(timeout=30.0)
         assert stub.events("cancelled")

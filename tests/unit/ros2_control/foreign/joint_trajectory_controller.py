@@ -16,13 +16,13 @@ The argument is a JSON object: `joints`, `start`, `log` (a file; one line for ea
 import json
 import os
 import sys
-from contextlib import suppress
 
 import rclpy
 from control_msgs.action import FollowJointTrajectory
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
@@ -250,10 +250,9 @@ class Controller:
 
 
 if __name__ == "__main__":
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     controller = Controller(json.loads(sys.argv[1]))
     executor = SingleThreadedExecutor()
     executor.add_node(controller.node)
     print("ready", flush=True)
-    with suppress(KeyboardInterrupt):
-        executor.spin()
+    executor.spin()
