@@ -52,6 +52,8 @@ class ArmPlant:
         self._declared = frozenset(declared)
         self._planned: PlannedMotion | None = None
         self._values: Mapping[str, Any] = {}
+        self._period = CYCLE
+        """Longest time to be expected until the next state, s."""
         self._hand: HandClient | None = None
         self._arm.refresh()
         self._take_state()
@@ -121,7 +123,7 @@ class ArmPlant:
         try:
             while rule is None and self._motions.own_stop() is None:
                 ended = self._motions.collect_ended()
-                if ended or self.now() + CYCLE > until:
+                if ended or self.now() + self._period > until:
                     if not self._motions:
                         self._arm.watch(on=False)
                     return ended

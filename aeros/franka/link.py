@@ -10,6 +10,7 @@ import json
 import select
 import socket
 import struct
+import time
 from array import array
 from collections.abc import Sequence
 from functools import cache
@@ -26,6 +27,10 @@ _COLUMNS: Final = 5
 _BUFFER_BYTES: Final = 1 << 20
 _LARGEST: Final = 1 << 18
 """Size of the sockets' buffers and of the largest message, bytes."""
+
+_REPORT_TIMEOUT: Final = 1.0
+_REPORT_PAUSE: Final = 0.001
+"""Longest wait for room for a report, and time between looks, s."""
 
 
 class StateMessage(NamedTuple):
@@ -109,6 +114,22 @@ class ProcessLink:
             raise LinkClosedError(str(failure)) from failure
         return True
 
+    def report(self, kind: str, **details: Any) -> None:
+        """Send a message that the other end must get; wait for room.
+
+        Args:
+            kind: tells what happened.
+            details: JSON values by name.
+
+        Raises:
+            LinkClosedError: the other end is gone, or has not read for a second.
+        """
+        latest = time.monotonic() + _REPORT_TIMEOUT
+        while not self.send(event(kind, **details)):
+            if time.monotonic() > latest:
+                raise LinkClosedError("the other end does not read")
+            time.sleep(_REPORT_PAUSE)
+
     def receive(self, timeout: float = 0.0) -> Message | None:
         """Receive a message.
 
@@ -191,14 +212,12 @@ def decode(data: bytes) -> Message:
     """
     try:
         if data[:1] == b"S":
-            count, left = divmod(len(data) - _state_form(0).size, 8 * _COLUMNS)
-            if left or count <= 0:
-                raise ValueError("no state")  # noqa: TRY301  this function says what it cannot read
-            _, time, *numbers, mode, rate, is_controlled = _state_form(_COLUMNS * count).unpack(data)
+            count = (len(data) - _state_form(0).size) // (8 * _COLUMNS)
+            _, when, *numbers, mode, rate, is_controlled = _state_form(_COLUMNS * count).unpack(data)
             q, dq, q_d, torque, external = (
-                tuple(numbers[first : first + count]) for first in range(0, _COLUMNS * count, count)
+                tuple(numbers[column * count : (column + 1) * count]) for column in range(_COLUMNS)
             )
-            return StateMessage(ArmState(time, q, dq, q_d, torque, external, mode, rate), is_controlled)
+            return StateMessage(ArmState(when, q, dq, q_d, torque, external, mode, rate), is_controlled)
         if data[:1] == b"T":
             return JudgedMessage(_JUDGED.unpack(data)[1])
         if data[:1] == b"P":

@@ -6,10 +6,28 @@ controller's clock, which stamps the joint states, unless they are called arriva
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
-from typing import NamedTuple, Protocol
+from types import MappingProxyType
+from typing import Final, NamedTuple, Protocol
 
 from aeros.franka.arm import Joints
+
+_SUCCEEDED, _CANCELED = 4, 5
+"""Values of `action_msgs/msg/GoalStatus`."""
+
+_INVALID_GOAL: Final = -1
+ERROR_CODES: Final[Mapping[int, str]] = MappingProxyType(
+    {
+        0: "successful",
+        _INVALID_GOAL: "invalid goal",
+        -2: "invalid joints",
+        -3: "old header timestamp",
+        -4: "path tolerance violated",
+        -5: "goal tolerance violated",
+    }
+)
+"""Error codes of `control_msgs/action/FollowJointTrajectory`."""
 
 
 class ControllerError(Exception):
@@ -95,6 +113,26 @@ class GoalEvent(NamedTuple):
     number: int
     state: GoalState
     reason: str = ""
+
+
+def end_of_goal(status: int, code: int, text: str) -> tuple[GoalState, str]:
+    """Tell how a goal has ended from what the controller says of it.
+
+    Args:
+        status: value of `action_msgs/msg/GoalStatus`.
+        code: error code of the result.
+        text: its error text.
+
+    Returns:
+        The state, and the reason in words.
+    """
+    words = ERROR_CODES.get(code, f"error {code}")
+    reason = f"{words}: {text}" if text else words
+    if status == _SUCCEEDED and code == 0:
+        return GoalState.SUCCEEDED, ""
+    if status == _CANCELED or code == _INVALID_GOAL:
+        return GoalState.PREEMPTED, reason
+    return GoalState.FAILED, reason
 
 
 class TrajectoryController(Protocol):

@@ -7,7 +7,9 @@ states that were read here, less the times in which the controller took motions 
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Collection
+from math import inf
 from typing import Any, Final
 
 from aeros.franka.arm_client import ArmClient, RobotLostError
@@ -27,6 +29,13 @@ _UNMEASURED: Final = frozenset({"contact_force", "estop_pressed"})
 
 _OF_EFFORT: Final = frozenset({"joint_torque", "joint_torque_rate"})
 """Variables that are measured only if the joint states have torques."""
+
+
+_INTERVALS: Final = 20
+"""Number of intervals between joint states of which the longest is expected next."""
+
+_LONGEST_PERIOD: Final = 0.05
+"""Longest interval that is expected, s: 20 Hz; broadcasters publish at 100 Hz and more."""
 
 
 class JointTrajectoryPlant(ArmPlant):
@@ -49,12 +58,22 @@ class JointTrajectoryPlant(ArmPlant):
         measured = frozenset(declared) - _UNMEASURED
         if not arm.opened.get("has_effort"):
             measured -= _OF_EFFORT
+        self._intervals: deque[float] = deque(maxlen=_INTERVALS)
+        self._last_time = -inf
         planner = MotionPlanner(model, base, settings.start_tolerance)
         try:
             super().__init__(arm, planner, Measurements(model, base, measured), measured)
         except RobotLostError as failure:
             arm.close()
             raise ProcessError(str(failure)) from failure
+
+    def _take_state(self) -> None:
+        super()._take_state()
+        time = self.now()
+        if time > self._last_time > -inf:
+            self._intervals.append(min(time - self._last_time, _LONGEST_PERIOD))
+            self._period = max(self._intervals)
+        self._last_time = time
 
 
 def _process_settings(settings: ControlSettings, model: RobotModel) -> dict[str, Any]:

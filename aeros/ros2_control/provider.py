@@ -23,7 +23,7 @@ def open_control(request: PlantRequest) -> Plant:
         The plant.
 
     Raises:
-        SettingsError: a setting is missing or wrong.
+        ControlSettingsError: a setting is missing or wrong.
         ProcessError: the controller cannot be reached, or is another one than the settings say.
         UserError: the site names another robot, or allows more than its limits.
     """

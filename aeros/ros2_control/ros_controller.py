@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping
 from math import floor, isfinite
 from queue import Empty, SimpleQueue
-from types import MappingProxyType
 from typing import Any, Final
 
 from rclpy import Context, init, shutdown
@@ -24,26 +22,11 @@ from aeros.ros2_control.controller import (
     JointSample,
     TrajectoryGoal,
     TrajectoryPoint,
+    end_of_goal,
 )
 
 _OPEN_TIMEOUT: Final = 10.0
 """Longest time until the controller and the joint states are found, s."""
-
-_SUCCEEDED, _CANCELED = 4, 5
-"""Values of `action_msgs/msg/GoalStatus`."""
-
-_INVALID_GOAL: Final = -1
-ERROR_CODES: Final[Mapping[int, str]] = MappingProxyType(
-    {
-        0: "successful",
-        _INVALID_GOAL: "invalid goal",
-        -2: "invalid joints",
-        -3: "old header timestamp",
-        -4: "path tolerance violated",
-        -5: "goal tolerance violated",
-    }
-)
-"""Error codes of `control_msgs/action/FollowJointTrajectory`."""
 
 
 class RosController:
@@ -168,7 +151,7 @@ class RosController:
             self._events.put(GoalEvent(number, GoalState.FAILED, f"{type(failure).__name__}: {failure}"))
             return
         status, result = future.result().status, future.result().result
-        self._events.put(GoalEvent(number, *_end_of(status, result.error_code, result.error_string)))
+        self._events.put(GoalEvent(number, *end_of_goal(status, result.error_code, result.error_string)))
 
     # Messages.
 
@@ -235,17 +218,6 @@ class RosController:
                 f"{_OPEN_TIMEOUT:g} s: is the joint state broadcaster active?"
             )
         return bool(sample.effort)
-
-
-def _end_of(status: int, code: int, text: str) -> tuple[GoalState, str]:
-    """Return how a goal has ended, from what the controller says of it."""
-    words = ERROR_CODES.get(code, f"error {code}")
-    reason = f"{words}: {text}" if text else words
-    if status == _SUCCEEDED and code == 0:
-        return GoalState.SUCCEEDED, ""
-    if status == _CANCELED or code == _INVALID_GOAL:
-        return GoalState.PREEMPTED, reason
-    return GoalState.FAILED, reason
 
 
 def _set_time(message: Any, seconds: float) -> Any:

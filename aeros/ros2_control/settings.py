@@ -25,7 +25,7 @@ _CONTROLLER_SHARE: Final = 2.0
 robot first, on its path."""
 
 
-class SettingsError(Exception):
+class ControlSettingsError(Exception):
     """A setting is missing or wrong; the message says which, and what to do."""
 
 
@@ -62,29 +62,29 @@ def read_settings(environment: Mapping[str, str], site: Site, joint_count: int) 
         The settings.
 
     Raises:
-        SettingsError: one is missing or wrong.
+        ControlSettingsError: one is missing or wrong.
     """
     controller = environment.get(CONTROLLER, "").strip()
     if not controller:
-        raise SettingsError(
+        raise ControlSettingsError(
             f"no controller is named: set {CONTROLLER} to the name of its node, as in "
             f"{CONTROLLER}=/joint_trajectory_controller"
         )
     states = environment.get(STATES, "/joint_states").strip()
     for variable, name in ((CONTROLLER, controller), (STATES, states)):
         if not _NAME.fullmatch(name):
-            raise SettingsError(f"{variable} is `{name}`: it is a name of ROS 2 that begins with `/`")
+            raise ControlSettingsError(f"{variable} is `{name}`: it is a name of ROS 2 that begins with `/`")
     joints = tuple([one.strip() for one in environment.get(JOINTS, "").split(",") if one.strip()])
     if len(joints) != joint_count or len(set(joints)) != joint_count:
-        raise SettingsError(
+        raise ControlSettingsError(
             f"{JOINTS} has {len(set(joints))} different names, and the robot of the site `{site.id}` has "
             f"{joint_count} joints: list them from the base outwards, separated by commas"
         )
     if site.motion is None or site.motion.late_ticks is None:
-        raise SettingsError(f"the site `{site.id}` does not bound late ticks: add `motion.late_ticks`")
+        raise ControlSettingsError(f"the site `{site.id}` does not bound late ticks: add `motion.late_ticks`")
     tracking = site.motion.tracking
     if tracking is None or len(tracking.levers) != joint_count:
-        raise SettingsError(
+        raise ControlSettingsError(
             f"the site `{site.id}` does not bound the distance from the decided path: add `motion.tracking`"
         )
     return ControlSettings(

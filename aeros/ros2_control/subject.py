@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from aeros.ros2_control.plant import JointTrajectoryPlant
-from aeros.ros2_control.settings import SettingsError, read_settings
+from aeros.ros2_control.settings import ControlSettingsError, read_settings
 from aeros.runtime.ports import MotionCompletion, Plant
 from aeros.sim.conformance.plant_under_test import PlantUnderTest
 from aeros.sim.robot.model import RobotModel
@@ -41,7 +41,7 @@ def control_subject() -> PlantUnderTest:
         The statements.
 
     Raises:
-        SettingsError: a setting is missing or wrong.
+        ControlSettingsError: a setting is missing or wrong.
         UserError: the site file has problems.
     """
     site = _load_site()
@@ -82,12 +82,12 @@ def _doubled(model: RobotModel) -> tuple[float, ...]:
 def _load_site() -> Site:
     path = os.environ.get(SITE, "").strip()
     if not path:
-        raise SettingsError(f"no site is named: set {SITE} to the site file of the robot")
+        raise ControlSettingsError(f"no site is named: set {SITE} to the site file of the robot")
     diagnostics = Diagnostics()
     site = load_site(Path(path), diagnostics)
     diagnostics.raise_if_errors()
     if site is None:
-        raise SettingsError(f"`{path}` is no site file")
+        raise ControlSettingsError(f"`{path}` is no site file")
     return site
 
 

@@ -23,8 +23,9 @@ from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
 from aeros.franka.arm import MODES, ArmState, Joints
-from aeros.franka.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage, event
+from aeros.franka.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage
 from aeros.franka.streamed_motion import StreamedMotion
+from aeros.ros2_control.commanded_joints import CommandedJoints
 from aeros.ros2_control.controller import (
     ControllerError,
     GoalEvent,
@@ -136,7 +137,7 @@ class TrajectoryLoop:
         self._monotonic = clock
         self._clock = ControllerClock()
         self._newest: JointSample | None = None
-        self._commanded: Joints | None = None
+        self._commanded = CommandedJoints(limits.start_tolerance)
         self._run: _Run | None = None
         self._shift = 0.0
         """Time for which the plant's clock has stood, while the controller took motions over, s."""
@@ -154,12 +155,12 @@ class TrajectoryLoop:
         except ControllerError as failure:
             self._controller.cancel_all()
             with suppress(LinkClosedError):
-                self._report("gone", reason=str(failure))
+                self._link.report("gone", reason=str(failure))
         except Exception as failure:
             self._controller.cancel_all()
             with suppress(LinkClosedError):
                 what = f"{type(failure).__name__}: {failure}"
-                self._report(
+                self._link.report(
                     "gone", reason=f"the process of the controller failed and cancelled all goals: {what}"
                 )
             raise
@@ -218,9 +219,9 @@ class TrajectoryLoop:
         now = self._now()
         refusal = self._start_refusal(motion)
         if refusal is not None:
-            self._report("ended", reason=refusal, braked=False)
+            self._link.report("ended", reason=refusal, braked=False)
             return
-        motion.begin_at(self._commanded or motion.start)
+        motion.begin_at(self._commanded.at(motion.start))
         start = now + _START_LEAD
         goal = self._send(start, motion, None)
         deadline = start + motion.duration + SETTLE_TIME + self._limits.patience
@@ -232,11 +233,7 @@ class TrajectoryLoop:
             return f"late: no joint states for {1000.0 * age:.0f} ms; nothing has begun"
         if self._run is not None:
             return "busy: the arm moves already"
-        commanded = self._commanded or motion.start
-        away = max(abs(a - b) for a, b in zip(commanded, motion.start, strict=True))
-        if away > self._limits.start_tolerance:
-            return f"stale: the motion begins {away:.6f} rad from where the arm is commanded"
-        return None
+        return self._commanded.stale_refusal(motion.start)
 
     # Joint states.
 
@@ -247,7 +244,7 @@ class TrajectoryLoop:
         self._newest = sample
         run = self._run
         if run is None:
-            self._stand(sample.q)
+            self._commanded.stand(sample.q)
         elif not run.is_shown:
             if sample.stamp < run.start:
                 return
@@ -262,41 +259,27 @@ class TrajectoryLoop:
 
     def _state(self, sample: JointSample) -> ArmState:
         run, still = self._run, (0.0,) * len(sample.q)
-        commanded = self._commanded or sample.q if run is None else run.position(sample.stamp)
+        commanded = self._commanded.at(sample.q) if run is None else run.position(sample.stamp)
         return ArmState(
             self._time, sample.q, sample.dq, commanded, sample.effort or still, still, _IDLE_MODE, 1.0
         )
-
-    def _stand(self, q: Joints) -> None:
-        """Note where resting joints are commanded: where the last motion ended, if they are there."""
-        near = self._commanded is not None and all(
-            abs(a - b) <= self._limits.start_tolerance for a, b in zip(q, self._commanded, strict=True)
-        )
-        if not near:
-            self._commanded = q
 
     # The motion.
 
     def _send(self, start: float, motion: StreamedMotion, braked_at: float | None) -> int:
         points = decided_points(motion) if braked_at is None else braking_points(motion, braked_at)
-        limits = self._limits
-        return self._controller.send(
-            TrajectoryGoal(start, points, limits.path_tolerance, limits.goal_tolerance, SETTLE_TIME)
-        )
+        tolerances = self._limits.path_tolerance, self._limits.goal_tolerance
+        return self._controller.send(TrajectoryGoal(start, points, *tolerances, SETTLE_TIME))
 
     def _brake(self, reason: str | None) -> None:
-        """Brake the motion under way, once; nothing happens if there is none.
-
-        Args:
-            reason: why, if nobody has told this loop to.
-        """
+        """Brake the motion under way, once, for a reason if nobody has told this loop to."""
         run = self._run
         if run is None:
             return
         if reason is not None and run.reason is None:
             run.reason = reason
             with suppress(LinkClosedError):
-                self._report("braking", reason=reason)
+                self._link.report("braking", reason=reason)
         if run.is_braking:
             return
         run.is_braking = True
@@ -329,13 +312,13 @@ class TrajectoryLoop:
         if happened.number == run.goal and not run.is_cancelled:
             self._take_end(run, happened)
         if run.is_cancelled and not run.held_goals:
-            self._commanded = None
+            self._commanded.place = None
             self._end(run, run.reason)
 
     def _take_end(self, run: _Run, happened: GoalEvent) -> None:
         """Take the end of the newest goal; that of a goal which a brake goal has replaced does not count."""
         if happened.state is GoalState.SUCCEEDED:
-            self._commanded = run.position(run.deadline)
+            self._commanded.place = run.position(run.deadline)
             self._end(run, run.reason)
         elif happened.state is GoalState.REJECTED and run.braked_at is not None:
             run.reason = run.reason or f"held: the brake goal was refused, {happened.reason}"
@@ -343,7 +326,7 @@ class TrajectoryLoop:
         else:
             if happened.state is GoalState.PREEMPTED:
                 self._controller.cancel_all()  # The robot does what nobody has decided.
-            self._commanded = None
+            self._commanded.place = None
             self._end(run, run.reason or f"{_ENDS[happened.state]}: {happened.reason}")
 
     def _supervise(self, run: _Run) -> None:
@@ -373,22 +356,10 @@ class TrajectoryLoop:
         self._run = None
         is_alone = (reason or "").startswith("left alone")
         try:
-            self._report("ended", reason=reason, braked=run.is_braking)
+            self._link.report("ended", reason=reason, braked=run.is_braking)
         except LinkClosedError:
             is_alone = True
         self._is_over = self._is_over or is_alone
 
     def _now(self) -> float:
         return self._clock.read(self._monotonic())
-
-    def _report(self, kind: str, **details: Any) -> None:
-        """Send a message that the plant must get; wait for room.
-
-        Raises:
-            LinkClosedError: the plant does not read, or is gone.
-        """
-        latest = time.monotonic() + 1.0
-        while not self._link.send(event(kind, **details)):
-            if time.monotonic() > latest:
-                raise LinkClosedError("the plant does not read")
-            time.sleep(0.001)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from aeros.franka.link import Message, ProcessLink
 from aeros.ros2_control.controller import GoalEvent, GoalState, JointSample, TrajectoryGoal
 from aeros.ros2_control.trajectory_loop import LoopLimits, TrajectoryLoop
-from tests.unit.franka.arms import ACCELERATION, JERK, READY
+from tests.unit.franka.stub.arms import ACCELERATION, JERK, READY
 
 PERIOD = 0.01
 """Time between joint states, s."""

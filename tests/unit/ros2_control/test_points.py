@@ -17,7 +17,7 @@ from aeros.runtime.ports import Trajectory
 from aeros.sim.robot.motions import ActionParameters, plan_move_tool
 from aeros.sim.robot.robot_file import read_robot
 from tests.hypothesis_profiles import examples
-from tests.unit.franka.arms import ACCELERATION, JERK, READY, line
+from tests.unit.franka.stub.arms import ACCELERATION, JERK, READY, line
 
 
 def motion_of(way: float, duration: float) -> StreamedMotion:

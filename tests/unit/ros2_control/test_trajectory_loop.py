@@ -18,7 +18,7 @@ from aeros.franka.link import (
     event,
 )
 from aeros.ros2_control.controller import ControllerError, GoalEvent, GoalState
-from tests.unit.franka.arms import READY, Ends, line
+from tests.unit.franka.stub.arms import READY, Ends, line
 from tests.unit.ros2_control.controllers import LIMITS, OFFSET, PERIOD, Bench, bench
 
 START = StartMessage(line(READY, 0.4), 2.0)
@@ -79,7 +79,7 @@ def test_the_plants_clock_stands_until_the_trajectory_starts(ends: Ends) -> None
     assert all(later.state.time > one.state.time for one, later in pairwise(seen))
 
 
-def test_what_is_commanded_is_the_decided_motion(ends: Ends) -> None:
+def test_the_commanded_joints_are_those_of_the_decided_motion(ends: Ends) -> None:
     made = bench(ends)
     made.plant.send(START)
     for one in states(made.turn(TURNS - 20, judge(made.plant))):

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tests.unit.franka.arms import READY
+from tests.unit.franka.stub.arms import READY
 from tests.unit.runtime.bus.ros2.foreign.environments import Domain
 
 CONTROLLER = Path(__file__).with_name("joint_trajectory_controller.py")
