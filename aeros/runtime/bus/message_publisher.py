@@ -20,6 +20,7 @@ from aeros.runtime.bus.measurement_messages import (
 )
 from aeros.runtime.bus.messages import (
     Clock,
+    CompressedImage,
     DecisionMessage,
     Event,
     JointState,
@@ -30,9 +31,10 @@ from aeros.runtime.bus.messages import (
     stamp,
 )
 from aeros.runtime.bus.names import check_ros_name
+from aeros.runtime.bus.picture_messages import picture_message
 from aeros.runtime.bus.port import M, PublisherFactory
 from aeros.runtime.bus.record_messages import log_message, parse_record
-from aeros.runtime.ports import Readings, RobotBody, Vec3
+from aeros.runtime.ports import CameraPicture, Readings, RobotBody, Vec3
 from aeros.spec.model.site import Site
 
 
@@ -76,6 +78,11 @@ class MessagePublisher:
             name: (kind, ChangePublisher(bus.publisher(topic, kind)))
             for name, kind in scalar_variables(site).items()
             if (topic := _topic_of(name)) is not None
+        }
+        self._cameras = {
+            name: bus.publisher(topic, CompressedImage)
+            for name in site.cameras
+            if (topic := _ros_name(f"/aeros/camera/{name}/compressed")) is not None
         }
         self._chain = ChainPublisher(bus, site)
         self._clock = ChangePublisher(bus.publisher("/clock", Clock)) if is_live else None
@@ -126,6 +133,16 @@ class MessagePublisher:
         with self._count_failures():
             self._chain.publish(readings, chain.body, chain.base)
 
+    def publish_picture(self, picture: CameraPicture) -> None:
+        """Publish a picture of a camera of the site.
+
+        Args:
+            picture: the picture.
+        """
+        if picture.camera in self._cameras:
+            with self._count_failures():
+                self._cameras[picture.camera].publish(picture_message(picture))
+
     @contextmanager
     def _count_failures(self) -> Iterator[None]:
         try:
@@ -166,7 +183,11 @@ def topics_of(site: Site) -> tuple[str, ...]:
 
 def _topic_of(name: str) -> str | None:
     """Return the topic of a state variable, `MODULE/NAME` for a module's; None if ROS 2 has no such name."""
-    topic = f"/aeros/state/{name.replace('.', '/')}"
+    return _ros_name(f"/aeros/state/{name.replace('.', '/')}")
+
+
+def _ros_name(topic: str) -> str | None:
+    """Return the name of a topic; None if it is none in ROS 2."""
     try:
         check_ros_name(topic)
     except ValueError:
