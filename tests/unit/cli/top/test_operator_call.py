@@ -14,7 +14,7 @@ from aeros.runtime.registry.control_page import MotionTimeoutError
 from aeros.runtime.registry.registry import Registry
 
 
-def said(state: Path, command: OperatorCommand) -> list[str]:
+def messages_of(state: Path, command: OperatorCommand) -> list[str]:
     heard: list[str] = []
     with closing(OperatorCall(state, heard.append)) as calls:
         calls.give(command)
@@ -22,7 +22,7 @@ def said(state: Path, command: OperatorCommand) -> list[str]:
 
 
 def test_without_a_robot_nothing_is_given(tmp_path: Path) -> None:
-    asked, end = said(tmp_path / "none", OperatorCommand.STOP)
+    asked, end = messages_of(tmp_path / "none", OperatorCommand.STOP)
     assert asked == "stop: asked"
     assert end.startswith("not given: no robot runs from")
     assert not (tmp_path / "none").exists()
@@ -48,5 +48,5 @@ def test_it_says_if_the_command_has_taken_effect(
 
     Registry(tmp_path).folder.mkdir(parents=True)
     monkeypatch.setattr(operator_call, "request_command", request)
-    assert said(tmp_path, OperatorCommand.STOP) == ["stop: asked", words]
+    assert messages_of(tmp_path, OperatorCommand.STOP) == ["stop: asked", words]
     assert given == [OperatorCommand.STOP]

@@ -82,9 +82,7 @@ def test_colours_are_shown_if_there_are_any() -> None:
     st.integers(1, 120),
     st.lists(st.text(max_size=50), max_size=30),
 )
-def test_whatever_is_shown_it_fits_the_terminal(
-    keys: list[str], columns: int, rows: int, texts: list[str]
-) -> None:
+def test_every_screen_fits_the_terminal(keys: list[str], columns: int, rows: int, texts: list[str]) -> None:
     screen = screen_of()
     for key in keys:
         screen.press(key)

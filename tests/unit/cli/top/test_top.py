@@ -13,6 +13,7 @@ import subprocess
 import sys
 import termios
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -92,7 +93,7 @@ def _read_until(master: int, wanted: bytes, patience: float = 60.0) -> bytes:
 class Terminal:
     """`aeros top` on a terminal of its own."""
 
-    def __init__(self, state: Path, rows: int = 24, **variables: str) -> None:
+    def __init__(self, state: Path, rows: int = 24, variables: Mapping[str, str] | None = None) -> None:
         self.master, self.slave = pty.openpty()
         self.resize(rows, 100)
         self.before = termios.tcgetattr(self.slave)
@@ -102,7 +103,7 @@ class Terminal:
         self.process = subprocess.Popen(
             [sys.executable, "-m", "aeros.cli.main", "top", "--state", str(state), "--interval", "0.1"],
             stdin=self.slave, stdout=self.slave, stderr=self.slave, start_new_session=True,
-            env={**kept, "TERM": "xterm", **variables},
+            env={**kept, "TERM": "xterm", **(variables or {})},
             preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
         )  # fmt: skip
 
@@ -157,7 +158,7 @@ def test_however_it_is_left_the_terminal_is_whole(how: str, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("variables", [{}, {"NO_COLOR": "1"}])
 def test_a_denial_is_red_unless_colours_are_switched_off(tmp_path: Path, variables: dict[str, str]) -> None:
-    terminal = Terminal(denied_run(tmp_path), **variables)
+    terminal = Terminal(denied_run(tmp_path), variables=variables)
     (line,) = [one for one in terminal.screen_with(b"some-rule") if b"some-rule" in one]
     assert line.startswith(b"\x1b[1;31m") is not bool(variables)
     terminal.press(b"q")
