@@ -77,7 +77,7 @@ GROUPS: Final[dict[str, CommandGroup]] = {
             "tasks": CommandEntry(
                 "run.tasks", "list the tasks that can be asked for, or show how an instruction is understood"
             ),
-            "top": CommandEntry("run.top", "show a live view of a run"),
+            "top": CommandEntry("top.top", "show a live view of a run"),
             "why": CommandEntry(
                 "records.why", "explain why a run failed, a step was denied or the robot stopped"
             ),

@@ -40,6 +40,7 @@ class ArmClient:
 
     Args:
         settings: JSON values for the process.
+        module: program of the process.
 
     Raises:
         ProcessError: the robot cannot be reached.
@@ -52,13 +53,15 @@ class ArmClient:
         ended_at: time of the newest state when it ended, s.
         cycle_times: of the motion that was streamed last: `streamer.CycleTimes.summary`.
         pid: number of the process.
+        opened: what the process said as it had reached the robot.
     """
 
     state: ArmState
 
-    def __init__(self, settings: Mapping[str, Any]) -> None:
-        self._process = Process("arm", settings)
+    def __init__(self, settings: Mapping[str, Any], module: str = "aeros.franka.process") -> None:
+        self._process = Process("arm", settings, module)
         self.pid = self._process.pid
+        self.opened = self._process.opened
         self.is_streaming = False
         self.own_stop: str | None = None
         self.end: StreamEnd | None = None

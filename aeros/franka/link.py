@@ -10,20 +10,27 @@ import json
 import select
 import socket
 import struct
+import time
 from array import array
 from collections.abc import Sequence
+from functools import cache
 from typing import Any, Final, NamedTuple
 
-from aeros.franka.arm import JOINTS, ArmState
+from aeros.franka.arm import ArmState
 from aeros.franka.streamed_motion import PathPiece
 
-_STATE: Final = struct.Struct(f"<cd{5 * JOINTS}dBd?")
 _JUDGED: Final = struct.Struct("<cd")
-_PATH: Final = struct.Struct("<cd")
+_PATH: Final = struct.Struct("<cdB")
+_COLUMNS: Final = 5
+"""Numbers of a state for each joint."""
 
 _BUFFER_BYTES: Final = 1 << 20
 _LARGEST: Final = 1 << 18
 """Size of the sockets' buffers and of the largest message, bytes."""
+
+_REPORT_TIMEOUT: Final = 1.0
+_REPORT_PAUSE: Final = 0.001
+"""Longest wait for room for a report, and time between looks, s."""
 
 
 class StateMessage(NamedTuple):
@@ -107,6 +114,22 @@ class ProcessLink:
             raise LinkClosedError(str(failure)) from failure
         return True
 
+    def report(self, kind: str, **details: Any) -> None:
+        """Send a message that the other end must get; wait for room.
+
+        Args:
+            kind: tells what happened.
+            details: JSON values by name.
+
+        Raises:
+            LinkClosedError: the other end is gone, or has not read for a second.
+        """
+        latest = time.monotonic() + _REPORT_TIMEOUT
+        while not self.send(event(kind, **details)):
+            if time.monotonic() > latest:
+                raise LinkClosedError("the other end does not read")
+            time.sleep(_REPORT_PAUSE)
+
     def receive(self, timeout: float = 0.0) -> Message | None:
         """Receive a message.
 
@@ -165,12 +188,13 @@ def encode(message: Message) -> bytes:
     if isinstance(message, StateMessage):
         one = message.state
         columns = (*one.q, *one.dq, *one.q_d, *one.torque, *one.external_torque)
-        return _STATE.pack(b"S", one.time, *columns, one.mode, one.success_rate, message.is_controlled)
+        form = _state_form(len(columns))
+        return form.pack(b"S", one.time, *columns, one.mode, one.success_rate, message.is_controlled)
     if isinstance(message, JudgedMessage):
         return _JUDGED.pack(b"T", message.time)
     if isinstance(message, StartMessage):
         numbers = array("d", [value for piece in message.path for corner in piece for value in corner])
-        return _PATH.pack(b"P", message.duration) + numbers.tobytes()
+        return _PATH.pack(b"P", message.duration, len(message.path[0][0])) + numbers.tobytes()
     return b"J" + json.dumps(message).encode()
 
 
@@ -188,15 +212,17 @@ def decode(data: bytes) -> Message:
     """
     try:
         if data[:1] == b"S":
-            _, time, *numbers, mode, rate, is_controlled = _STATE.unpack(data)
+            count = (len(data) - _state_form(0).size) // (8 * _COLUMNS)
+            _, when, *numbers, mode, rate, is_controlled = _state_form(_COLUMNS * count).unpack(data)
             q, dq, q_d, torque, external = (
-                tuple(numbers[first : first + JOINTS]) for first in range(0, 5 * JOINTS, JOINTS)
+                tuple(numbers[column * count : (column + 1) * count]) for column in range(_COLUMNS)
             )
-            return StateMessage(ArmState(time, q, dq, q_d, torque, external, mode, rate), is_controlled)
+            return StateMessage(ArmState(when, q, dq, q_d, torque, external, mode, rate), is_controlled)
         if data[:1] == b"T":
             return JudgedMessage(_JUDGED.unpack(data)[1])
         if data[:1] == b"P":
-            return StartMessage(_path_of(data[_PATH.size :]), _PATH.unpack(data[: _PATH.size])[1])
+            _, duration, count = _PATH.unpack(data[: _PATH.size])
+            return StartMessage(_path_of(data[_PATH.size :], count), duration)
         return dict(json.loads(data[1:]))
     except (struct.error, ValueError, TypeError) as failure:
         raise LinkClosedError(f"a message of {len(data)} bytes cannot be read: {failure}") from failure
@@ -215,13 +241,19 @@ def event(kind: str, **details: Any) -> dict[str, Any]:
     return {"is": kind, **details}
 
 
-def _path_of(data: bytes) -> tuple[PathPiece, ...]:
+@cache
+def _state_form(numbers: int) -> struct.Struct:
+    """Return the form of a state with so many numbers of joints."""
+    return struct.Struct(f"<cd{numbers}dBd?")
+
+
+def _path_of(data: bytes, joints: int) -> tuple[PathPiece, ...]:
     numbers = array("d")
     numbers.frombytes(data)
     corners: Sequence[tuple[float, ...]] = [
-        tuple(numbers[first : first + JOINTS]) for first in range(0, len(numbers), JOINTS)
+        tuple(numbers[first : first + joints]) for first in range(0, len(numbers), max(1, joints))
     ]
-    if not corners or len(corners) % 4 or len(numbers) % JOINTS:
+    if not corners or len(corners) % 4 or len(numbers) % max(1, joints):
         raise ValueError(f"{len(numbers)} numbers are no path")
     return tuple(
         (corners[first], corners[first + 1], corners[first + 2], corners[first + 3])

@@ -44,6 +44,7 @@ class Process:
     Args:
         part: `arm` or `hand`.
         settings: of the part, JSON values.
+        module: the program.
 
     Raises:
         ProcessError: it cannot reach the robot.
@@ -51,13 +52,15 @@ class Process:
     Attributes:
         link: to the process.
         pid: its number.
+        opened: details of the message that the part is open.
     """
 
-    def __init__(self, part: str, settings: Mapping[str, Any]) -> None:
+    def __init__(self, part: str, settings: Mapping[str, Any], module: str = "aeros.franka.process") -> None:
+        self.opened: Mapping[str, Any] = {}
         self.link, there = open_link()
         order = json.dumps({"part": part, "link": there.fileno(), **settings})
         self._process = subprocess.Popen(  # noqa: S603 - the interpreter itself
-            [sys.executable, "-m", "aeros.franka.process", order],
+            [sys.executable, "-m", module, order],
             pass_fds=[there.fileno()],
             stdin=subprocess.DEVNULL,
             # Ctrl-C and Ctrl-Z go to the terminal's whole process group: this process must live to brake.
@@ -80,6 +83,7 @@ class Process:
             raise ProcessError(f"the process of the {part} did not reach the robot in {_START_TIMEOUT:g} s")
         if message["is"] != "open":
             raise ProcessError(str(message["reason"]))
+        self.opened = message
 
     def close(self) -> None:
         """End the process; one that moves the arm brakes first. Safe to call twice."""

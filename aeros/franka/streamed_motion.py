@@ -170,6 +170,18 @@ class StreamedMotion:
         own = self._braked_at + self._clock.way(since)
         return self.position(own), since >= self._clock.duration or own >= self._duration
 
+    def braked_position(self, braked_at: float, since: float) -> Joints:
+        """Compute a point of the motion as it is braked.
+
+        Args:
+            braked_at: τ at which braking begins, s.
+            since: time since then, s.
+
+        Returns:
+            Positions, rad.
+        """
+        return self.position(braked_at + self._clock.way(since))
+
     def position(self, time: float) -> Joints:
         """Compute a point of the motion.
 

@@ -19,7 +19,7 @@ from contextlib import suppress
 from typing import Any
 
 from aeros.franka.arm import CYCLE, Arm, ArmError, ArmState, ControlledArm, Joints
-from aeros.franka.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage, event
+from aeros.franka.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage
 from aeros.franka.streamed_motion import StreamedMotion
 
 
@@ -119,11 +119,13 @@ class Streamer:
             return
         except ArmError as failure:
             with suppress(LinkClosedError):
-                self._report("gone", reason=str(failure))
+                self._link.report("gone", reason=str(failure))
         except Exception as failure:
             with suppress(LinkClosedError):
                 what = f"{type(failure).__name__}: {failure}"
-                self._report("gone", reason=f"the streaming process failed and has stopped the arm: {what}")
+                self._link.report(
+                    "gone", reason=f"the streaming process failed and has stopped the arm: {what}"
+                )
             raise
 
     def _idle(self) -> None:
@@ -168,7 +170,7 @@ class Streamer:
             # What the robot still does, it ends now. It refuses this if it stands already.
             with suppress(ArmError):
                 self._arm.stop()
-        self._report("ended", reason=reason, braked=motion.is_braking, **times.summary())
+        self._link.report("ended", reason=reason, braked=motion.is_braking, **times.summary())
 
     def _stream(self, control: ControlledArm, motion: StreamedMotion, times: CycleTimes) -> str | None:
         """Stream set points until the arm rests; return why it braked by itself, or None."""
@@ -188,7 +190,7 @@ class Streamer:
                     unjudged = f"{1000.0 * late:.0f} ms of the robot's clock"
                     reason = f"late: the monitor has judged nothing for {unjudged}"
                     must_brake = True
-                    self._report("braking", reason=reason)
+                    self._link.report("braking", reason=reason)
             except LinkClosedError as failure:
                 if not motion.is_braking:
                     reason = f"left alone: {failure}"
@@ -233,18 +235,6 @@ class Streamer:
                 must_brake = must_brake or message["is"] in ("brake", "close")
                 self._obey(message)
         return must_brake
-
-    def _report(self, kind: str, **details: Any) -> None:
-        """Send a message that the plant must get; wait for room.
-
-        Raises:
-            LinkClosedError: the plant does not read, or is gone.
-        """
-        latest = time.monotonic() + 1.0
-        while not self._link.send(event(kind, **details)):
-            if time.monotonic() > latest:
-                raise LinkClosedError("the plant does not read")
-            time.sleep(CYCLE)
 
     def _start_refusal(self, state: ArmState, start: Joints) -> str | None:
         """Return why a motion cannot begin here, or None."""

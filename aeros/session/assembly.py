@@ -28,6 +28,7 @@ from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.bus.listened_plant import ListenedPlant, MeasurementListener
 from aeros.runtime.bus.port import PublisherFactory
+from aeros.runtime.bus.recording.topic_choice import ChosenTopic
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.runtime.bus.sample_file import SampleWriter
 from aeros.runtime.execution.executor import Executor
@@ -69,6 +70,7 @@ class SessionSetup:
         signing: Signs the audit log; None for no signatures.
         bag: A new folder for a ROS 2 bag; None for none.
         mcap: A new MCAP file; None for none.
+        keep: Topics to keep in bag or file; none to keep all.
         live: Port of a live view on 127.0.0.1; None for none.
         bus: Bus with live listeners to publish records and measurements on; None for none.
         listeners: Further listeners to measurements.
@@ -92,6 +94,7 @@ class SessionSetup:
     signing: SigningConfiguration | None = None
     bag: Path | None = None
     mcap: Path | None = None
+    keep: tuple[ChosenTopic, ...] = ()
     live: int | None = None
     bus: PublisherFactory | None = None
     listeners: Sequence[MeasurementListener] = ()
@@ -232,7 +235,7 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
     site = setup.configuration.site
     with (
         open_isolated_skills(setup.configuration, setup.warn) as skills,
-        open_bag(setup.bag, setup.mcap, site) as feed,
+        open_bag(setup.bag, setup.mcap, site, setup.keep) as feed,
         open_live_view(setup.live, site, setup.stream) as live,
         _live_feed(setup) as peers,
         AuditLog(

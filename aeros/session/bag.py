@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, TextIO
 
 from aeros.distribution import install_command
 from aeros.runtime.bus.feed import BusFeed
+from aeros.runtime.bus.message_publisher import topics_of
+from aeros.runtime.bus.recording.topic_choice import ChosenTopic, TopicChoice, TopicChoiceError
 from aeros.spec.model.site import Site
 
 _NOUN: Final = {"--bag": "folder", "--mcap": "file"}
@@ -19,30 +21,39 @@ class BagOutputError(Exception):
 
 
 @contextmanager
-def open_bag(folder: Path | None, file: Path | None, site: Site) -> Iterator[BusFeed | None]:
+def open_bag(
+    folder: Path | None, file: Path | None, site: Site, chosen: Sequence[ChosenTopic] = ()
+) -> Iterator[BusFeed | None]:
     """Open a feed into a bag or an MCAP file, which is complete when the block ends.
 
     Args:
         folder: A new folder for a bag; None for no bag.
         file: A new MCAP file; None for none.
         site: The site that declares the measured vocabulary.
+        chosen: Topics to keep; none to keep all.
 
     Yields:
         The feed; None if neither `folder` nor `file` is given.
 
     Raises:
-        BagOutputError: The output exists already or cannot be written, or the extra `ros` is missing.
+        BagOutputError: The output exists already or cannot be written, a chosen topic does not exist, or the
+            extra `ros` is missing.
     """
     option, path = ("--bag", folder) if file is None else ("--mcap", file)
     if path is None:
         yield None
         return
     try:
-        from aeros.runtime.bus.bag import Bag, BagError, McapFile
+        from aeros.runtime.bus.recording.bag import Bag, BagError, McapFile
     except ImportError as error:
         raise BagOutputError(f"{option} needs {install_command('ros')} ({error.name} is missing)") from error
+    choice = TopicChoice(chosen)
     try:
-        bag = Bag(path) if file is None else McapFile(file)
+        choice.require_topics(topics_of(site))
+    except TopicChoiceError as refusal:
+        raise BagOutputError(f"--keep: {refusal}") from refusal
+    try:
+        bag = Bag(path, choice) if file is None else McapFile(file, choice)
     except BagError as refusal:
         raise BagOutputError(f"{refusal}; give a new {_NOUN[option]} with {option}") from refusal
     try:

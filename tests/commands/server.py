@@ -36,7 +36,7 @@ _PRELOADED: Final = (
     "aeros.cli.records.report",
     "aeros.cli.run.decide",
     "aeros.cli.run.run",
-    "aeros.cli.run.top",
+    "aeros.cli.top.top",
     "z3",
 )
 """Modules that most commands import."""

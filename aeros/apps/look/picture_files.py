@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-import zlib
 from array import array
 from math import isfinite
 from pathlib import Path
-from struct import pack
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
+from aeros.runtime.bus.picture_messages import GREY, RGB, encode_png
 from aeros.runtime.ports import CameraPicture
-
-_SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
-
-_GREY: Final = 0
-_RGB: Final = 2
-"""Colour types of the PNG specification."""
 
 
 class SavedDepth(NamedTuple):
@@ -42,7 +35,7 @@ def save_colours(picture: CameraPicture, path: Path) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    path.write_bytes(_png(picture.width, picture.height, _RGB, picture.rgb))
+    path.write_bytes(encode_png(picture.width, picture.height, RGB, picture.rgb))
 
 
 def save_depth(picture: CameraPicture, path: Path) -> SavedDepth | None:
@@ -67,18 +60,5 @@ def save_depth(picture: CameraPicture, path: Path) -> SavedDepth | None:
     grey = bytes(
         round((farthest - one) * scale) if scale and isfinite(one) else 255 * isfinite(one) for one in depths
     )
-    path.write_bytes(_png(picture.width, picture.height, _GREY, grey))
+    path.write_bytes(encode_png(picture.width, picture.height, GREY, grey))
     return SavedDepth(path, nearest, farthest)
-
-
-def _png(width: int, height: int, colour_type: int, pixels: bytes) -> bytes:
-    """Encode pixels of 8 bits a channel, row by row from the upper left corner."""
-    row = len(pixels) // height
-    rows = b"".join(b"\0" + pixels[at : at + row] for at in range(0, len(pixels), row))  # no filter
-    header = pack(">IIBBBBB", width, height, 8, colour_type, 0, 0, 0)
-    parts = ((b"IHDR", header), (b"IDAT", zlib.compress(rows)), (b"IEND", b""))
-    return _SIGNATURE + b"".join(_chunk(kind, content) for kind, content in parts)
-
-
-def _chunk(kind: bytes, content: bytes) -> bytes:
-    return pack(">I", len(content)) + kind + content + pack(">I", zlib.crc32(kind + content))

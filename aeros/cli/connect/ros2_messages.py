@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """\
 For ROS 2 from PyPI (`pip install '.[ros2]'` in the clone of AEROS).  With a sourced ROS 2 distribution, build
-the folder aeros_msgs of this package with colcon instead; the distribution has tf2_msgs.
+the folder aeros_msgs of this package with colcon instead; the distribution has control_msgs and tf2_msgs.
 Without them, `aeros run --ros2` offers what standard message packages can carry.
 Wheels are kept in the user's cache, by the digest of the definitions.  A build takes a minute or two.
 

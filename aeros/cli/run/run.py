@@ -46,6 +46,7 @@ from aeros.cli.run.run_plant import (
 from aeros.cli.run.run_task import RunRequest, run_task
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import private_umask
+from aeros.runtime.bus.recording.topic_choice import ChosenTopic, TopicChoiceError
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.ports import PlantLostError
 from aeros.runtime.registry.registry import Registry
@@ -205,6 +206,15 @@ def add_to(commands: Subparsers) -> None:
         metavar="FILE",
         help="record the same in this new MCAP file, for example for Foxglove",
     )
+    parser.add_argument(
+        "--keep",
+        type=_chosen_topic,
+        action="append",
+        default=[],
+        metavar="TOPIC[=HZ]",
+        help="with --bag or --mcap: record this topic, at most so often in a second; may be given again, and "
+        "`*` stands for any characters (default: all messages of all topics)",
+    )
     add_ros2_options(parser)
     parser.add_argument(
         "--live",
@@ -303,6 +313,13 @@ def _count(text: str) -> int:
     return int(text)
 
 
+def _chosen_topic(text: str) -> ChosenTopic:
+    try:
+        return ChosenTopic.parse(text)
+    except TopicChoiceError as refusal:
+        raise argparse.ArgumentTypeError(str(refusal)) from refusal
+
+
 def _port(text: str) -> int:
     if not text.isascii() or not text.isdigit() or int(text) > 65_535:
         raise argparse.ArgumentTypeError("expected a port from 0 to 65535; an instruction goes before --live")
@@ -331,6 +348,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
         raise UsageError("give an instruction or --task NAME, or --resume without either")
     require_signing_options(arguments)
     require_ros2_options(arguments)
+    if arguments.keep and arguments.bag is None and arguments.mcap is None:
+        raise UsageError("--keep chooses topics of a recording: give --bag FOLDER or --mcap FILE, too")
     if arguments.resume:
         for option in ("ros2", "live", "dataset", "bag", "mcap", "film"):
             if getattr(arguments, option):

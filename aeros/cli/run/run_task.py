@@ -161,6 +161,7 @@ def _setup(
         signing=request.signing,
         bag=arguments.bag,
         mcap=arguments.mcap,
+        keep=tuple(arguments.keep),
         live=arguments.live,
         bus=bus,
         planner=request.planner,

@@ -19,6 +19,11 @@ from aeros.runtime.bus.messages import Message, Time
 _AEROS_MESSAGES: Final = Path(__file__).parent / "aeros_msgs" / "msg"
 _ROS2: Final = 2
 
+_NUMPY_TYPES: Final[dict[Any, type[np.float64 | np.uint8]]] = {
+    tuple[float, ...]: np.float64,
+    tuple[int, ...]: np.uint8,
+}
+
 
 class CdrEncoder:
     """Encoder of messages; it knows the types of ROS 2 Humble and of `aeros_msgs`.
@@ -60,16 +65,18 @@ class CdrEncoder:
 def _to_numpy_fields(message: Message) -> Message:
     """Return `message` for `rosbags`, which reads fields of any object: number sequences as NumPy arrays."""
     numbers = {
-        name: np.array(getattr(message, name), np.float64) for name in _number_sequence_fields(type(message))
+        name: np.array(getattr(message, name), kind)
+        for name, kind in _number_sequence_fields(type(message)).items()
     }
     return replace(message, **numbers) if numbers else message
 
 
 @cache
-def _number_sequence_fields(kind: type[Message]) -> frozenset[str]:
-    """Return the names of fields that are sequences of numbers."""
+def _number_sequence_fields(kind: type[Message]) -> dict[str, type[np.float64 | np.uint8]]:
+    """Return the types of numbers of the fields that are sequences of numbers."""
     hints = get_type_hints(kind)
-    return frozenset(name for name in kind.__struct_fields__ if hints[name] == tuple[float, ...])
+    kinds = {name: _NUMPY_TYPES.get(hints[name]) for name in kind.__struct_fields__}
+    return {name: found for name, found in kinds.items() if found is not None}
 
 
 def plant_nanoseconds(message: Message) -> int:

@@ -4,31 +4,30 @@ from __future__ import annotations
 
 from aeros.runtime.bus.change_publisher import ChangePublisher
 from aeros.runtime.bus.measurement_messages import motion_joints
-from aeros.runtime.bus.messages import Header, String, TFMessage, Time, TransformStamped, stamp
+from aeros.runtime.bus.messages import String, TFMessage, stamp
 from aeros.runtime.bus.port import PublisherFactory
 from aeros.runtime.bus.robot_description import robot_description
-from aeros.runtime.bus.transforms import TOOL, chain_transforms
+from aeros.runtime.bus.transforms import chain_transforms
 from aeros.runtime.ports import Readings, RobotBody, Vec3
 from aeros.spec.model.site import Site
 
 
 class ChainPublisher:
-    """Publisher of `/tf` and `/robot_description`; for live listeners also of `/tf_static`.
+    """Publisher of `/tf`, `/tf_static` and `/robot_description`.
 
-    For live listeners the tool's frame, which never moves in its parent, is on `/tf_static` alone.
+    The tool's frame, which never moves in its parent, is on `/tf_static` alone.
 
     Args:
         bus: bus to publish on.
         site: declares the joints.
-        is_live: True for a bus with listeners that come and go.
     """
 
-    def __init__(self, bus: PublisherFactory, site: Site, *, is_live: bool) -> None:
+    def __init__(self, bus: PublisherFactory, site: Site) -> None:
         self._site = site
         self._joints = motion_joints(site)
         self._transforms = ChangePublisher(bus.publisher("/tf", TFMessage))
         self._described: RobotBody | None = None
-        self._static = bus.publisher("/tf_static", TFMessage, latched=True) if is_live else None
+        self._static = bus.publisher("/tf_static", TFMessage, latched=True)
         self._description = bus.publisher("/robot_description", String, latched=True)
 
     def publish(self, readings: Readings, body: RobotBody | None, base: Vec3 | None) -> None:
@@ -49,10 +48,7 @@ class ChainPublisher:
         is_new, self._described = body != self._described, body
         if is_new:
             self._description.publish(String(robot_description(self._site.id, body, joints)))
-        if self._static is not None:
-            *moving, tool = message.transforms
-            message = TFMessage(tuple(moving))
-            if is_new:
-                fixed = TransformStamped(Header(Time(), tool.header.frame_id), TOOL, tool.transform)
-                self._static.publish(TFMessage((fixed,)))
-        self._transforms.publish(message)
+        *moving, tool = message.transforms
+        if is_new:
+            self._static.publish(TFMessage((tool,)))
+        self._transforms.publish(TFMessage(tuple(moving)))

@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple, Self
 
 from aeros.runtime.bus.message_publisher import MessagePublisher, RobotChain
 from aeros.runtime.bus.port import PublisherFactory
-from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.ports import CameraPicture, Reading, Readings
 from aeros.spec.model.site import Site
 
 _MAX_STATES: Final = 1_000
@@ -60,7 +60,7 @@ class BusFeed:
         self.lost = 0
         self.trouble: str | None = None
         self._publisher = MessagePublisher(bus, site, self._count_dropped, is_live=is_live)
-        self._queue: SimpleQueue[bytes | _State | None] = SimpleQueue()
+        self._queue: SimpleQueue[bytes | _State | CameraPicture | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._publish_loop, name="aeros-feed", daemon=True)
         self._thread.start()
 
@@ -82,6 +82,10 @@ class BusFeed:
         """Implement `MeasurementListener.on_observed`."""
         self._enqueue(_State(None, dict(readings), chain), _MAX_STATES)
 
+    def on_picture(self, picture: CameraPicture) -> None:
+        """Implement `PictureListener.on_picture`."""
+        self._enqueue(picture, _MAX_STATES)
+
     def close(self) -> None:
         """Publish what is still in the queue, for some seconds at most, and stop; safe to call twice."""
         self._queue.put(None)
@@ -96,7 +100,7 @@ class BusFeed:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _enqueue(self, item: bytes | _State, max_count: int) -> None:
+    def _enqueue(self, item: bytes | _State | CameraPicture, max_count: int) -> None:
         while self._is_whole and self._queue.qsize() >= max_count and self._thread.is_alive():
             time.sleep(_POLL_INTERVAL_S)
         if self._queue.qsize() < max_count:
@@ -114,6 +118,8 @@ class BusFeed:
         while (item := self._queue.get()) is not None:
             if isinstance(item, bytes):
                 self._publisher.publish_record(item)
+            elif isinstance(item, CameraPicture):
+                self._publisher.publish_picture(item)
             elif item.now is None:
                 self._publisher.publish_state(item.values, item.chain)
             else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.ports import (
@@ -46,6 +46,18 @@ class MeasurementListener(Protocol):
         """
 
 
+@runtime_checkable
+class PictureListener(Protocol):
+    """Listener that gets pictures, too; must not raise, and should be quick."""
+
+    def on_picture(self, picture: CameraPicture) -> None:
+        """Receive a new picture of a camera.
+
+        Args:
+            picture: the picture.
+        """
+
+
 class ListenedPlant:
     """Plant that behaves as `plant` and passes observations and control ticks to listeners.
 
@@ -60,6 +72,9 @@ class ListenedPlant:
     def __init__(self, plant: Plant, *listeners: MeasurementListener) -> None:
         self._plant = plant
         self._listeners = listeners
+        self._viewers = [one.on_picture for one in listeners if isinstance(one, PictureListener)]
+        self._shown: dict[str, float] = {}
+        """Time of the newest picture of each camera that was shown, s."""
         self._chain = RobotChain()
         self._travelling: set[MotionHandle] = set()
 
@@ -72,6 +87,8 @@ class ListenedPlant:
         readings = self._plant.observe()
         for listener in self._listeners:
             listener.on_observed(readings, self._chain)
+        if self._viewers:
+            self._show_new_pictures()
         return readings
 
     def plan(self, action: Action) -> PlannedMotion:
@@ -131,6 +148,13 @@ class ListenedPlant:
             The pictures by camera; empty if it has none.
         """
         return newest_pictures(self._plant)
+
+    def _show_new_pictures(self) -> None:
+        for name, picture in newest_pictures(self._plant).items():
+            if self._shown.get(name) != picture.time:
+                self._shown[name] = picture.time
+                for show in self._viewers:
+                    show(picture)
 
     def halt(self, motion: MotionHandle) -> None:
         """Implement `Plant.halt`."""

@@ -60,6 +60,7 @@ class LiveView:
         self._channels: dict[str, foxglove.Channel] = {}
         self._latched: dict[int, tuple[foxglove.Channel, bytes, int]] = {}
         self._lock = threading.Lock()
+        self._latest = 0
         self._scene = SceneUpdateChannel(SCENE_TOPIC, context=self._context)
         self._zones = _zones(site)
         try:
@@ -94,7 +95,8 @@ class LiveView:
             message: The message.
             is_latched: True to send it again to later clients.
         """
-        data, when = bytes(self._encoder.encode(message)), plant_nanoseconds(message)
+        data, when = bytes(self._encoder.encode(message)), plant_nanoseconds(message) or self._latest
+        self._latest = max(self._latest, when)
         if is_latched:
             with self._lock:
                 self._latched[channel.id()] = channel, data, when

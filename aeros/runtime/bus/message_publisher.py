@@ -20,18 +20,21 @@ from aeros.runtime.bus.measurement_messages import (
 )
 from aeros.runtime.bus.messages import (
     Clock,
+    CompressedImage,
     DecisionMessage,
     Event,
     JointState,
     LogMessage,
+    Message,
     PointStamped,
     Time,
     stamp,
 )
 from aeros.runtime.bus.names import check_ros_name
-from aeros.runtime.bus.port import PublisherFactory
+from aeros.runtime.bus.picture_messages import picture_message
+from aeros.runtime.bus.port import M, PublisherFactory
 from aeros.runtime.bus.record_messages import log_message, parse_record
-from aeros.runtime.ports import Readings, RobotBody, Vec3
+from aeros.runtime.ports import CameraPicture, Readings, RobotBody, Vec3
 from aeros.spec.model.site import Site
 
 
@@ -54,7 +57,7 @@ class MessagePublisher:
         bus: bus to publish on.
         site: declares the state variables. Variables whose names are invalid in ROS 2 topics are left out.
         missed: called with the reason for each message that cannot be made or published.
-        is_live: True for a bus with listeners that come and go: publish `/clock` and `/tf_static`, too.
+        is_live: True for a bus whose listeners need the plant's clock: publish `/clock`, too.
     """
 
     def __init__(
@@ -76,7 +79,12 @@ class MessagePublisher:
             for name, kind in scalar_variables(site).items()
             if (topic := _topic_of(name)) is not None
         }
-        self._chain = ChainPublisher(bus, site, is_live=is_live)
+        self._cameras = {
+            name: bus.publisher(topic, CompressedImage)
+            for name in site.cameras
+            if (topic := _ros_name(f"/aeros/camera/{name}/compressed")) is not None
+        }
+        self._chain = ChainPublisher(bus, site)
         self._clock = ChangePublisher(bus.publisher("/clock", Clock)) if is_live else None
         self._events = bus.publisher("/aeros/events", Event)
         self._decisions = bus.publisher("/aeros/decisions", DecisionMessage)
@@ -125,6 +133,16 @@ class MessagePublisher:
         with self._count_failures():
             self._chain.publish(readings, chain.body, chain.base)
 
+    def publish_picture(self, picture: CameraPicture) -> None:
+        """Publish a picture of a camera of the site.
+
+        Args:
+            picture: the picture.
+        """
+        if picture.camera in self._cameras:
+            with self._count_failures():
+                self._cameras[picture.camera].publish(picture_message(picture))
+
     @contextmanager
     def _count_failures(self) -> Iterator[None]:
         try:
@@ -134,9 +152,42 @@ class MessagePublisher:
             self._missed(str(wrong) or type(wrong).__name__)
 
 
+class _TopicNames:
+    """Bus that publishes nothing and knows the names of its topics."""
+
+    def __init__(self) -> None:
+        self.names: list[str] = []
+
+    def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> _TopicNames:
+        """Implement `PublisherFactory.publisher`."""
+        self.names.append(topic)
+        return self
+
+    def publish(self, message: Message) -> None:
+        """Implement `Publisher.publish`."""
+
+
+def topics_of(site: Site) -> tuple[str, ...]:
+    """List the topics of a recording.
+
+    Args:
+        site: declares the state variables.
+
+    Returns:
+        Their names, sorted.
+    """
+    bus = _TopicNames()
+    MessagePublisher(bus, site, lambda _: None)
+    return tuple(sorted(set(bus.names)))
+
+
 def _topic_of(name: str) -> str | None:
     """Return the topic of a state variable, `MODULE/NAME` for a module's; None if ROS 2 has no such name."""
-    topic = f"/aeros/state/{name.replace('.', '/')}"
+    return _ros_name(f"/aeros/state/{name.replace('.', '/')}")
+
+
+def _ros_name(topic: str) -> str | None:
+    """Return the name of a topic; None if it is none in ROS 2."""
     try:
         check_ros_name(topic)
     except ValueError:

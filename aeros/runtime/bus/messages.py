@@ -185,6 +185,21 @@ class TFMessage(Message, frozen=True):
     transforms: tuple[TransformStamped, ...] = ()
 
 
+class CompressedImage(Message, frozen=True):
+    """Picture of a camera.
+
+    Attributes:
+        header: time at which it was taken, and the camera's name.
+        format: name of the compression.
+        data: bytes of the compressed picture.
+    """
+
+    ros = "sensor_msgs/msg/CompressedImage"
+    header: Header = Header()
+    format: str = ""
+    data: tuple[Uint8, ...] = ()
+
+
 class Clock(Message, frozen=True):
     """Time of the plant, as on `/clock`.
 

@@ -25,7 +25,7 @@ def test_the_page_does_what_it_says(tmp_path: Path) -> None:
         for command, shown in COMMAND.findall(block):
             carry_out(command, shown, tmp_path)
             commands += 1
-    assert commands == 6
+    assert commands == 7
 
 
 def test_every_type_that_the_page_names_has_a_shape() -> None:

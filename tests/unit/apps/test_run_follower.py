@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from aeros.apps.run_follower import RunFollower
-from aeros.cli.run.top import run_view
+from aeros.cli.top.top import run_view
 from aeros.runtime.audit.log import verify_log
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site

@@ -8,7 +8,7 @@ from aeros.franka.arm_client import ArmClient, RobotLostError
 from aeros.franka.link import Message, ProcessLink, StartMessage, event
 from aeros.runtime.ports import Trajectory
 from aeros.sim.robot.robot_file import read_robot
-from tests.unit.franka.arms import READY, line, use_stub
+from tests.unit.franka.stub.arms import READY, line, use_stub
 from tests.unit.franka.test_process import ARM
 
 PLAN = Trajectory(read_robot("franka_fr3").body, (line(READY, 0.05),), (0.0,) * 3, (0.0,) * 3, 0.2)

@@ -3,7 +3,7 @@ import time
 import pytest
 
 from aeros.franka.hand_client import HandClient
-from tests.unit.franka.arms import use_stub
+from tests.unit.franka.stub.arms import use_stub
 
 
 def wait(hand: HandClient) -> None:

@@ -5,7 +5,7 @@ import pytest
 from aeros.franka.arm import ArmError, HandState
 from aeros.franka.hand_loop import run_hand
 from aeros.franka.link import event
-from tests.unit.franka.arms import Ends
+from tests.unit.franka.stub.arms import Ends
 
 
 class ScriptedHand:

@@ -6,7 +6,7 @@ import pytest
 
 from aeros.franka.arm import MODES, REFLEX, ArmError, HandState
 from aeros.franka.libfranka import LibfrankaArm, LibfrankaHand, load_library
-from tests.unit.franka.arms import READY, import_stub
+from tests.unit.franka.stub.arms import READY, import_stub
 
 
 def test_without_the_library_the_message_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ from aeros.franka.link import (
     encode,
     event,
 )
-from tests.unit.franka.arms import READY, Ends, line
+from tests.unit.franka.stub.arms import READY, Ends, line
 
 STATE = ArmState(1.25, READY, (0.1,) * 7, READY, (1.0,) * 7, (0.5,) * 7, 2, 0.98)
 

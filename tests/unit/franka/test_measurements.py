@@ -6,7 +6,7 @@ import pytest
 from aeros.franka.arm import CYCLE, USER_STOPPED, ArmState
 from aeros.franka.measurements import Measurements
 from aeros.sim.robot.robot_file import read_robot
-from tests.unit.franka.arms import READY
+from tests.unit.franka.stub.arms import READY
 
 MODEL = read_robot("franka_fr3")
 STILL = (0.0,) * 7

@@ -10,7 +10,7 @@ from aeros.franka.motion_table import FINGER_TIME, SETTLE_TIME, MotionTable
 from aeros.runtime.ports import MotionCompletion, NoMotion, Trajectory
 from aeros.sim.robot.robot_file import read_robot
 from aeros.skill import Action
-from tests.unit.franka.arms import READY, line
+from tests.unit.franka.stub.arms import READY, line
 
 STILL = (0.0,) * 7
 PLAN = Trajectory(read_robot("franka_fr3").body, (line(READY, 0.05),), (0.0,) * 3, (0.0,) * 3, 0.2)

@@ -7,7 +7,7 @@ from aeros.runtime.ports import MotionCompletion, NoMotion, Trajectory
 from aeros.sim.robot.robot_file import read_robot
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
-from tests.unit.franka.arms import READY
+from tests.unit.franka.stub.arms import READY
 
 
 def test_it_stands_where_the_real_arm_is_commanded() -> None:

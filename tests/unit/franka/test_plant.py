@@ -11,13 +11,14 @@ from typing import Any
 
 import pytest
 
+from aeros.franka.arm_plant import ArmPlant
 from aeros.franka.plant import FrankaPlant
 from aeros.franka.process import ProcessError
 from aeros.franka.settings import FrankaSettings
 from aeros.runtime.ports import MotionCompletion, MotionHandle, NoMotion, PlantLostError, Trajectory
 from aeros.sim.robot.robot_file import read_robot
 from aeros.skill import Action
-from tests.unit.franka.arms import READY, SETTINGS, STUB, use_stub
+from tests.unit.franka.stub.arms import READY, SETTINGS, STUB, use_stub
 from tests.unit.franka.test_measurements import NAMES
 
 MODEL = read_robot("franka_fr3")
@@ -67,7 +68,7 @@ class Watch:
         self.own_stops.append(reason)
 
 
-def run(plant: FrankaPlant, action: Action, watch: Watch | None = None) -> MotionCompletion:
+def run(plant: ArmPlant, action: Action, watch: Watch | None = None) -> MotionCompletion:
     motion = plant.begin(action)
     assert not isinstance(motion, MotionCompletion)
     return plant.advance(watch or Watch(), plant.now() + 20.0)[motion]

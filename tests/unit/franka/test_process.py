@@ -9,7 +9,7 @@ import pytest
 
 from aeros.franka.link import event
 from aeros.franka.process import Process, ProcessError, run
-from tests.unit.franka.arms import SETTINGS, Ends, import_stub, use_stub
+from tests.unit.franka.stub.arms import SETTINGS, Ends, import_stub, use_stub
 
 ARM = {
     "address": "stub",

@@ -2,7 +2,7 @@ import pytest
 
 from aeros.exit_codes import Exit
 from aeros.franka.recover import recover
-from tests.unit.franka.arms import import_stub
+from tests.unit.franka.stub.arms import import_stub
 
 
 def test_a_reflex_is_cleared_and_the_modes_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:

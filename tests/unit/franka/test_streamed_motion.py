@@ -4,7 +4,7 @@ import pytest
 
 from aeros.franka.arm import CYCLE, Joints
 from aeros.franka.streamed_motion import BrakeClock, StreamedMotion
-from tests.unit.franka.arms import ACCELERATION, JERK, READY, line
+from tests.unit.franka.stub.arms import ACCELERATION, JERK, READY, line
 
 
 def motion(way: float = 0.4, duration: float = 0.8) -> StreamedMotion:

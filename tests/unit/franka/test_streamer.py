@@ -6,7 +6,7 @@ from aeros.franka.arm import CYCLE, ArmError
 from aeros.franka.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage, event
 from aeros.franka.streamed_motion import StreamedMotion
 from aeros.franka.streamer import CycleTimes, Streamer
-from tests.unit.franka.arms import ACCELERATION, JERK, READY, Ends, ScriptedArm, line
+from tests.unit.franka.stub.arms import ACCELERATION, JERK, READY, Ends, ScriptedArm, line
 
 START = StartMessage(line(READY, 0.2), 0.6)
 PATIENCE = 0.02

@@ -5,7 +5,7 @@ import pytest
 from aeros.franka.process import ProcessError
 from aeros.franka.subject import franka_subject
 from aeros.sim.conformance.suite import CHECKS, Check
-from tests.unit.franka.arms import use_stub
+from tests.unit.franka.stub.arms import use_stub
 from tests.unit.franka.test_settings import CELL
 
 BOUND = "period: 5 ms, in_a_row: 3, longest: 20 ms"

@@ -55,7 +55,7 @@ def test_existing_files_are_not_overwritten(tmp_path: Path, ending: str, *, is_f
 def test_without_the_library_the_error_names_what_to_install(
     tmp_path: Path, option: str, monkeypatch: pytest.MonkeyPatch, *, is_file: bool
 ) -> None:
-    monkeypatch.setitem(sys.modules, "aeros.runtime.bus.bag", None)
+    monkeypatch.setitem(sys.modules, "aeros.runtime.bus.recording.bag", None)
     path = tmp_path / "run"
     with (
         pytest.raises(BagOutputError, match=rf"^{option} needs `pip install '\.\[ros\]'`"),

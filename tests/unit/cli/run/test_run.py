@@ -241,7 +241,7 @@ def test_a_bag_in_a_folder_that_is_there_is_refused_before_anything_moves(
 def test_a_bag_needs_what_writes_bags(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(sys.modules, "aeros.runtime.bus.bag", None)
+    monkeypatch.setitem(sys.modules, "aeros.runtime.bus.recording.bag", None)
     assert _run(tmp_path, "--plant", "symbolic", "--bag", str(tmp_path / "bag")) == Exit.REJECTED
     assert "--bag needs `pip install '.[ros]'`" in capsys.readouterr().err
 

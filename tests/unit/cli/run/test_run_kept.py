@@ -8,9 +8,11 @@ import subprocess
 import sys
 import time
 from collections import defaultdict
+from itertools import pairwise
 from math import nextafter
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import fromstring
 
 import msgspec
 import pytest
@@ -160,9 +162,11 @@ def test_an_mcap_file_says_what_trace_and_audit_log_say(
     assert ticks - 25 <= len({time_ for time_, _ in received["/tf"]}) <= ticks + 1
     # More than one at a time only where a plan came from another chain.
     assert len(received["/tf"]) <= ticks + 2 + len(received["/aeros/decisions"])
+    ((_, fixed),) = received["/tf_static"]
+    assert [one.child_frame_id for one in fixed.transforms] == ["tool"]
     for time_, message in received["/tf"][:: ticks // 50]:
         frames = [one.child_frame_id for one in message.transforms]
-        assert frames[-8:] == [*(f"j{joint}_link" for joint in range(1, 8)), "tool"]
+        assert frames[-7:] == [f"j{joint}_link" for joint in range(1, 8)]
         assert round(seconds(message.transforms[0].header.stamp) * 1e9) == time_
 
 
@@ -187,6 +191,49 @@ def test_the_file_alone_says_how_to_read_it(tmp_path: Path) -> None:
     assert counts == {topic: len(received) for topic, received in ours.items()}
 
 
+@pytest.mark.deep
+def test_only_the_chosen_topics_are_kept_and_they_show_the_arm(tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    chosen = ["/robot_description", "/tf_static", "/tf=5", "/aeros/[dl]*"]
+    options = [word for topic in chosen for word in ("--keep", topic)]
+    given = ["--plant", "kinematic", "--mcap", str(file), *options]
+    assert main(arguments(tmp_path, *given, task="fetch the object")) == Exit.SUCCESS
+    kept = messages_in(file)
+    assert set(kept) == {"/robot_description", "/tf_static", "/tf", "/aeros/decisions", "/aeros/log"}
+    times = [time_ for time_, _ in kept["/tf"]]
+    assert all(later - one > 0.2e9 - 1e4 for one, later in pairwise(times))
+    assert len(times) > 0.9 * 5.0 * (times[-1] - times[0]) * 1e-9
+    # Each link of the description has a place in the world, by the transforms that the file has.
+    ((_, description),) = kept["/robot_description"]
+    links = {link.attrib["name"] for link in fromstring(description.data).findall("link")}  # noqa: S314
+    ((_, fixed),) = kept["/tf_static"]
+    assert any(moving.transforms[0].child_frame_id == "base" for _, moving in kept["/tf"])
+    for _, moving in kept["/tf"]:
+        known = {"world"}
+        for one in (*moving.transforms, *fixed.transforms):
+            if one.header.frame_id in known:
+                known.add(one.child_frame_id)
+        assert links <= known or moving.transforms[0].child_frame_id != "base"
+
+
+def test_a_topic_that_does_not_exist_is_refused_before_anything_moves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "run.mcap"
+    given = ["--plant", "symbolic", "--mcap", str(file), "--keep", "/joint_state"]
+    assert main(arguments(tmp_path, *given)) == Exit.REJECTED
+    assert (
+        "--keep: no topic is called `/joint_state`: did you mean `/joint_states`?" in capsys.readouterr().err
+    )
+    assert not file.exists()
+    assert not (tmp_path / "out" / "audit.jsonl").exists()
+
+
+def test_topics_are_chosen_for_a_recording_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments(tmp_path, "--plant", "symbolic", "--keep", "/tf")) == Exit.USAGE
+    assert "--keep chooses topics of a recording: give --bag FOLDER or --mcap FILE" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("given", "text"),
     [
@@ -195,6 +242,8 @@ def test_the_file_alone_says_how_to_read_it(tmp_path: Path) -> None:
         (["--mcap", "run.bag"], "`run.bag`: expected a file named *.mcap"),
         (["--film", "run.gif", "--no-film"], "not allowed with argument --film"),
         (["--mcap", "run.mcap", "--bag", "bag"], "not allowed with argument --mcap"),
+        (["--mcap", "run.mcap", "--keep", "tf"], "`tf` is no topic: names begin with `/`"),
+        (["--mcap", "run.mcap", "--keep", "/tf=0"], "`0` is no rate: give messages in a second, as `/tf=10`"),
     ],
 )
 def test_contradictory_options_are_refused(

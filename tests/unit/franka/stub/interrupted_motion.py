@@ -6,7 +6,7 @@ from aeros.franka.plant import FrankaPlant
 from aeros.runtime.ports import MotionCompletion
 from aeros.sim.robot.robot_file import read_robot
 from aeros.skill import Action
-from tests.unit.franka.arms import READY, SETTINGS
+from tests.unit.franka.stub.arms import READY, SETTINGS
 
 if __name__ == "__main__":
     joints = {f"q{number}": q + 0.3 for number, q in enumerate(READY, 1)}

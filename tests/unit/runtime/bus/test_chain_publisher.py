@@ -14,10 +14,10 @@ from aeros.spec.model.site import Site
 from tests.unit.runtime.one_joint import PLAN, governed
 
 
-def publish(site: Site, bodies: tuple[RobotBody | None, ...], *, is_live: bool) -> InProcessBus:
+def publish(site: Site, bodies: tuple[RobotBody | None, ...]) -> InProcessBus:
     """A bus that has heard of each body once, a second apart."""
     bus = InProcessBus()
-    chain = ChainPublisher(bus, governed(site, "move"), is_live=is_live)
+    chain = ChainPublisher(bus, governed(site, "move"))
     for time, body in enumerate(bodies):
         readings = {"joint_angle": Reading((0.5,), float(time))}
         chain.publish(readings, body, (0.0, 0.0, 0.0))
@@ -30,7 +30,7 @@ def children(message: TFMessage | None) -> list[str]:
 
 
 def test_someone_who_comes_later_gets_description_and_fixed_transform(site: Site) -> None:
-    bus = publish(site, (PLAN.body, PLAN.body), is_live=True)
+    bus = publish(site, (PLAN.body, PLAN.body))
     description = bus.subscribe("/robot_description", String).receive()
     assert description is not None
     robot = fromstring(description.data)  # noqa: S314 - our own text
@@ -42,23 +42,14 @@ def test_someone_who_comes_later_gets_description_and_fixed_transform(site: Site
 def test_no_transform_is_on_two_topics(site: Site) -> None:
     bus = InProcessBus()
     moving, fixed = bus.subscribe("/tf", TFMessage), bus.subscribe("/tf_static", TFMessage)
-    chain = ChainPublisher(bus, governed(site, "move"), is_live=True)
+    chain = ChainPublisher(bus, governed(site, "move"))
     chain.publish({"joint_angle": Reading((0.5,), 1.0)}, PLAN.body, (0.0, 0.0, 0.0))
     assert children(moving.receive()) == ["base", "shoulder_link"]
     assert children(fixed.receive()) == ["tool"]
 
 
-def test_a_recording_has_every_transform_on_one_topic(site: Site) -> None:
-    bus = InProcessBus()
-    moving = bus.subscribe("/tf", TFMessage)
-    chain = ChainPublisher(bus, governed(site, "move"), is_live=False)
-    chain.publish({"joint_angle": Reading((0.5,), 1.0)}, PLAN.body, (0.0, 0.0, 0.0))
-    assert children(moving.receive()) == ["base", "shoulder_link", "tool"]
-    assert set(bus.names()) == {"/tf", "/robot_description"}
-
-
 @pytest.mark.parametrize("body", [None, PLAN.body])
 def test_an_unknown_body_is_not_described(site: Site, body: RobotBody | None) -> None:
-    bus = publish(site, (body,), is_live=True)
+    bus = publish(site, (body,))
     is_described = bus.subscribe("/robot_description", String).receive() is not None
     assert is_described == (body is not None)

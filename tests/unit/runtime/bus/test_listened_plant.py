@@ -158,6 +158,7 @@ def test_the_transforms_of_a_motion_lead_to_the_tool_that_is_measured() -> None:
     assert site is not None
     bus = InProcessBus()
     frames = bus.subscribe("/tf", TFMessage, depth=1000)
+    fixed = bus.subscribe("/tf_static", TFMessage)
     places = bus.subscribe("/aeros/state/tool_position", PointStamped, depth=1000)
     plant = make_plant(shipped_scene("bare"), 0)
     with BusFeed(bus, site) as feed:
@@ -170,8 +171,10 @@ def test_the_transforms_of_a_motion_lead_to_the_tool_that_is_measured() -> None:
         assert ended == {}
     plant.close()
     assert feed.lost == 0
-    count = 0
-    while (frame := frames.receive()) is not None:
+    count, tool = 0, fixed.receive()
+    assert tool is not None
+    while (moving := frames.receive()) is not None:
+        frame = TFMessage((*moving.transforms, *tool.transforms))
         place = places.receive()
         assert place is not None
         assert place.header.stamp == frame.transforms[0].header.stamp

@@ -22,7 +22,7 @@ from aeros.exit_codes import Exit
 from aeros.runtime.bus.messages import Event, Message, String, Time
 from tests.repo.tree import ROOT
 from tests.unit.runtime.bench import configuration
-from tests.unit.runtime.bus.test_bag import PUBLISHED
+from tests.unit.runtime.bus.recording.test_bag import PUBLISHED
 from tests.unit.runtime.bus.test_messages import STORE, plain
 
 foxglove = pytest.importorskip("foxglove", reason="the extra `live` is not installed")

@@ -93,6 +93,7 @@ def test_each_variable_has_a_topic_unless_its_name_is_invalid_in_ros(topics: Top
         "/aeros/state/human_distance": Float64Stamped,
         "/aeros/state/holding": BoolStamped,
         "/tf": TFMessage,
+        "/tf_static": TFMessage,
         "/aeros/events": Event,
         "/aeros/decisions": DecisionMessage,
         "/aeros/log": LogMessage,
@@ -174,8 +175,10 @@ def test_transforms_need_a_body_and_the_measured_joints(publisher: MessagePublis
         [(one.header.frame_id, one.child_frame_id) for one in message.transforms]
         for message in topics.on("/tf")
     ]
-    joints = [("base", "shoulder_link"), ("shoulder_link", "tool")]
-    assert frames == [[("world", "base"), *joints], joints]
+    joint = ("base", "shoulder_link")
+    assert frames == [[("world", "base"), joint], [joint]]
+    (fixed,) = topics.on("/tf_static")
+    assert [one.child_frame_id for one in fixed.transforms] == ["tool"]
     assert topics.on("/tf")[0].transforms[0].header.stamp.sec == 1
 
 

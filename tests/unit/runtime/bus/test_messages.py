@@ -132,6 +132,8 @@ def plain(value: Any) -> Any:
         }
     if isinstance(value, float):
         return float(value)  # an element of an array of NumPy is a float of its own kind
+    if isinstance(value, np.uint8):
+        return int(value)
     if isinstance(value, str | bool | int):
         return value
     return [plain(one) for one in value]

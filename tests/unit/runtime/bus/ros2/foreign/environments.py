@@ -104,13 +104,17 @@ class Domain:
 
     @contextmanager
     def robot(
-        self, *arguments: str, is_plain: bool = False, is_on_ros2: bool = True
+        self,
+        *arguments: str,
+        is_plain: bool = False,
+        is_on_ros2: bool = True,
+        ecms: Path = ROOT / "ecms",
     ) -> Iterator[subprocess.Popen[str]]:
         """Start `aeros` in the folder; it is interrupted if it still runs after the block."""
         python = self.found.plain_robot if is_plain else self.found.robot
         name, *options = arguments
         ros2 = ["--ros2"] if is_on_ros2 else []
-        command = [str(python), "-m", "aeros", name, "--ecms", str(ROOT / "ecms"), *ros2, *options]
+        command = [str(python), "-m", "aeros", name, "--ecms", str(ecms), *ros2, *options]
         robot = subprocess.Popen(
             command,
             cwd=self.folder,

@@ -15,8 +15,12 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from aeros.runtime.bus.cdr import CdrEncoder, plant_nanoseconds
 from aeros.runtime.bus.messages import Message
 from aeros.runtime.bus.port import M
+from aeros.runtime.bus.recording.topic_choice import TopicChoice
 
 _VERSION: Final = 9  # version of a bag's metadata: that of ROS 2 Jazzy
+
+_ROUNDING_NS: Final = 1_000
+"""Time by which a message may come early, ns: periods such as 1/240 s are no whole nanoseconds."""
 
 
 class BagError(Exception):
@@ -26,20 +30,26 @@ class BagError(Exception):
 class Bag:
     """ROS 2 bag in a new folder; implements `port.PublisherFactory`.
 
-    Each message is stored under its own time stamp, on the plant's clock. Not thread-safe.
+    Each message is stored under its own time stamp, on the plant's clock; one without a stamp under that of
+    the message before it. Not thread-safe.
 
     A topic is in the bag from its first message on, so no topic is empty. Chunks are compressed with zstd.
 
     Args:
         folder: must not exist yet.
+        choice: topics to keep; None to keep all.
 
     Raises:
         BagError: the folder cannot be created.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, choice: TopicChoice | None = None) -> None:
         self._encoder = CdrEncoder()
+        self._choice = TopicChoice() if choice is None else choice
         self._topics: dict[str, Connection] = {}
+        self._kept: dict[str, int] = {}
+        """Time of the last message of each topic that has a greatest rate, ns."""
+        self._latest = 0
         try:
             self._writer = Writer(folder, version=_VERSION, storage_plugin=StoragePlugin.MCAP)
             self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
@@ -52,17 +62,27 @@ class Bag:
         return _Recorder(self, topic)
 
     def write_message(self, topic: str, message: Message) -> None:
-        """Store a message.
+        """Store a message, unless the choice of topics leaves it out.
 
         Args:
             topic: absolute ROS 2 name.
             message: of the topic's type.
         """
+        when = plant_nanoseconds(message) or self._latest
+        self._latest = max(self._latest, when)
+        interval = self._choice.interval(topic)
+        if interval is None:
+            return
+        if interval > 0.0:
+            least = self._kept.get(topic, -(10**18)) + interval * 1e9
+            if when < least - _ROUNDING_NS:
+                return
+            self._kept[topic] = when
         if topic not in self._topics:
             self._topics[topic] = self._writer.add_connection(
                 topic, message.ros, typestore=self._encoder.store
             )
-        self._writer.write(self._topics[topic], plant_nanoseconds(message), self._encoder.encode(message))
+        self._writer.write(self._topics[topic], when, self._encoder.encode(message))
 
     def close(self) -> None:
         """Finish the bag.
@@ -90,17 +110,18 @@ class McapFile(Bag):
 
     Args:
         path: the file; must not exist yet.
+        choice: topics to keep; None to keep all.
 
     Raises:
         BagError: the file exists, or the folder cannot be created.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, choice: TopicChoice | None = None) -> None:
         if path.exists():
             raise BagError(f"`{path}` exists already")
         self._path = path
         self._parts = path.with_name(f"{path.name}.part")
-        super().__init__(self._parts)
+        super().__init__(self._parts, choice)
 
     def close(self) -> None:
         """Finish the file.

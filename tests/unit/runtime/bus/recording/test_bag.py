@@ -9,7 +9,6 @@ import msgspec
 import pytest
 from rosbags.rosbag2 import Reader
 
-from aeros.runtime.bus.bag import Bag, BagError, McapFile
 from aeros.runtime.bus.messages import (
     BoolStamped,
     DecisionMessage,
@@ -27,6 +26,7 @@ from aeros.runtime.bus.messages import (
     TransformStamped,
     Vector3,
 )
+from aeros.runtime.bus.recording.bag import Bag, BagError, McapFile
 from tests.unit.runtime.bus.test_messages import STORE, plain
 
 WHEN = Time(3, 250_000_000)

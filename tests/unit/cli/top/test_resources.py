@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from aeros.cli.run.top_resources import quota_text, resource_lines, tools_view
+from aeros.cli.top.resources import quota_text, resource_lines, tools_view
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from tests.unit.spec.difference.versions import BASE, change

@@ -17,7 +17,7 @@ from aeros.franka.settings import FrankaSettings
 READY: Joints = (0.0, -0.6, 0.0, -2.1, 0.0, 1.5, 0.785)
 """Where the stub's arm stands at the start, rad."""
 
-STUB = Path(__file__).parent / "stub"
+STUB = Path(__file__).parent
 
 ACCELERATION = (10.0,) * 7
 JERK = (5000.0,) * 7

@@ -1,4 +1,4 @@
-"""`aeros top`: show a live view of a run in another terminal, read-only."""
+"""`aeros top`: show a live view of a run in another terminal; keys pause and stop the robot."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import signal
 import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,9 +18,13 @@ from aeros.apps.run_follower import RunFollower
 from aeros.cli.arguments import add_command, existing_path, seconds_from
 from aeros.cli.latest_run import latest_run
 from aeros.cli.records.report import available_sites
-from aeros.cli.run.top_resources import quota_text, resource_lines, tools_view
-from aeros.cli.terminal import escape_for_terminal, write_control
+from aeros.cli.terminal import shows_colour, write_control
+from aeros.cli.top.keyboard import Keyboard, open_keyboard
+from aeros.cli.top.operator_call import OperatorCall
+from aeros.cli.top.resources import quota_text, resource_lines, tools_view
+from aeros.cli.top.screen import ScreenAction, Style, StyledLine, TopScreen
 from aeros.exit_codes import Exit
+from aeros.runtime.execution.governor import OperatorCommand
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.model.site import Site
 
@@ -32,8 +36,9 @@ SCHEMA: Final = "aeros/top/1"
 _EXAMPLES = """\
 Shows the plan and its progress, the latest decisions with their reasons, measurements with their ages,
 quotas, the smallest margins to the rules, and the resources that modules and tools use, with their limits.
-On a terminal it continues until Ctrl-C, from run to run; otherwise it prints each change until the run has
-ended.  Exits with 1 if there is no run.
+On a terminal it continues until `q` or Ctrl-C, from run to run, and keys give commands of the operator:
+`p` as `aeros pause`, and `s`, then `y`, as `aeros stop`.  Arrows, PgUp, PgDn, Home and End scroll.
+Otherwise it prints each change until the run has ended.  Exits with 1 if there is no run.
 
 examples:
   aeros top
@@ -41,7 +46,6 @@ examples:
   aeros top --run runs/demo --once
 """
 _ENTER, _LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
-_HOME, _END_OF_LINE, _BELOW = "\x1b[H", "\x1b[K", "\x1b[J"
 _DECISIONS, _BOUNDS, _EVENTS, _STOPS = 8, 14, 4, 4
 
 
@@ -76,7 +80,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.once:
         return _print(viewer.snapshot(), arguments.format)
     if arguments.format == "text" and sys.stdout.isatty():
-        return _watch(viewer, arguments.interval)
+        return _watch(viewer, arguments.state, arguments.interval)
     shown = viewer.snapshot()
     code = _print(shown, arguments.format)
     while shown is not None and shown["is_running"]:
@@ -87,15 +91,38 @@ def _command(arguments: argparse.Namespace) -> Exit:
     return code
 
 
-def _watch(viewer: _RunViewer, every: float) -> Exit:
-    """Refresh the view until Ctrl-C."""
+def _watch(viewer: _RunViewer, state: Path, every: float) -> Exit:
+    """Refresh the view, and obey keys, until `q` or Ctrl-C."""
     try:
-        with _alternate_screen():
-            while True:
-                _draw(viewer.snapshot())
-                time.sleep(every)
+        with _alternate_screen(), open_keyboard() as keyboard:
+            screen = TopScreen(has_keys=keyboard.is_there, has_colours=shows_colour(sys.stdout))
+            with closing(OperatorCall(state, screen.set_message)) as operator:
+                _run_screen(screen, keyboard, viewer, operator, every)
     except KeyboardInterrupt:
-        return Exit.SUCCESS
+        pass
+    return Exit.SUCCESS
+
+
+def _run_screen(
+    screen: TopScreen, keyboard: Keyboard, viewer: _RunViewer, operator: OperatorCall, every: float
+) -> None:
+    while True:
+        view = viewer.snapshot()
+        lines = [StyledLine("no runs found")] if view is None else list(_lines(view))
+        columns, rows = shutil.get_terminal_size()
+        write_control(screen.render(lines, columns, rows))
+        sys.stdout.flush()
+        for key in keyboard.wait(every):
+            action = screen.press(key)
+            if action is ScreenAction.QUIT:
+                return
+            if action is not None and (view is None or not view["is_running"]):
+                screen.set_message(f"{action.value}: no run of this robot is under way here")
+            elif action is not None:
+                operator.give(_COMMANDS[action])
+
+
+_COMMANDS: Final = {ScreenAction.PAUSE: OperatorCommand.PAUSE, ScreenAction.STOP: OperatorCommand.STOP}
 
 
 class _RunViewer:
@@ -200,64 +227,86 @@ def _print(view: dict[str, Any] | None, form: str) -> Exit:
     if view is None:
         print("aeros: no runs found", file=sys.stderr)
         return Exit.REJECTED
-    print(json.dumps(view) if form == "json" else "\n".join(_lines(view)) + "\n", flush=True)
+    print(
+        json.dumps(view) if form == "json" else "\n".join(one.text for one in _lines(view)) + "\n", flush=True
+    )
     return Exit.SUCCESS
 
 
 _STATUS_SYMBOLS: Final = {"under way": "▶", "done": "✓", "failed": "✗", "to come": "·"}
+_STEP_STYLES: Final = {
+    "under way": Style.TITLE,
+    "done": Style.GOOD,
+    "failed": Style.BAD,
+    "to come": Style.NORMAL,
+}
+_VERDICT_STYLES: Final = {"ATTENUATE": Style.WARNING, "DENY": Style.BAD}
 
 
-def _lines(view: Mapping[str, Any]) -> Iterator[str]:
+def _lines(view: Mapping[str, Any]) -> Iterator[StyledLine]:
     """Format the view as text, the most urgent first."""
-    for line in _unsafe_lines(view):
-        yield escape_invisible(line)
+    for text, style in _unsafe_lines(view):
+        yield StyledLine(escape_invisible(text), style)
 
 
-def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[str]:
+def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[StyledLine]:
     ended, counts = view["ended"], view["counts"]
-    how = "paused" if view["is_paused"] else "runs"
+    how, style = ("paused", Style.WARNING) if view["is_paused"] else ("runs", Style.TITLE)
     if ended is not None:
         how = "goal reached" if ended["reached"] is True else f"goal not reached: {ended['reason']}"
         how = "skipped, as its condition does not hold" if ended["skipped"] is True else how
+        style = Style.GOOD if ended["reached"] is True else Style.BAD
     elif not view["is_running"]:
-        how = "process ended without recording an end"
-    yield f"{view['task'] or 'no task yet'}  {view['time']:.2f} s  {how}"
-    yield (
+        how, style = "process ended without recording an end", Style.BAD
+    yield StyledLine(f"{view['task'] or 'no task yet'}  {view['time']:.2f} s  {how}", style)
+    yield StyledLine(
         f"decisions  {counts['ALLOW']} allowed, {counts['ATTENUATE']} attenuated, {counts['DENY']} denied"
         + "".join(f"   quota {name} {quota_text(quota)}" for name, quota in view["quotas"].items())
     )
-    yield from _section("plan", (f"{_STATUS_SYMBOLS[part['how']]} {part['step']}" for part in view["plan"]))
     yield from _section(
-        "under way", (f"{one['skill']}  {view['time'] - one['since']:.2f} s" for one in view["under_way"])
+        "plan",
+        (
+            StyledLine(f"{_STATUS_SYMBOLS[part['how']]} {part['step']}", _STEP_STYLES[part["how"]])
+            for part in view["plan"]
+        ),
+    )
+    yield from _section(
+        "under way",
+        (StyledLine(f"{one['skill']}  {view['time'] - one['since']:.2f} s") for one in view["under_way"]),
     )
     yield from _section("smallest margins", map(_bound, view["bounds"][:_BOUNDS]))
-    yield from _section("stops", (f"{one['time']:8.2f} s  {one['text']}" for one in reversed(view["stops"])))
+    yield from _section("stops", (_timed(one, Style.BAD) for one in reversed(view["stops"])))
     yield from _section("latest decisions", map(_decision, reversed(view["decisions"])))
-    yield from _section("agent", (f"{one['time']:8.2f} s  {one['text']}" for one in reversed(view["events"])))
-    yield from _section("resources", resource_lines(view["modules"], view["tools"]))
-    yield from _section("measured", _world(view["world"]))
+    yield from _section("agent", (_timed(one, Style.NORMAL) for one in reversed(view["events"])))
+    yield from _section("resources", map(StyledLine, resource_lines(view["modules"], view["tools"])))
+    yield from _section("measured", map(StyledLine, _world(view["world"])))
 
 
-def _section(title: str, lines: Iterable[str]) -> Iterator[str]:
+def _section(title: str, lines: Iterable[StyledLine]) -> Iterator[StyledLine]:
     found = list(lines)
     if found:
-        yield ""
-        yield title
-        yield from (f"  {line}" for line in found)
+        yield StyledLine("")
+        yield StyledLine(title, Style.TITLE)
+        yield from (StyledLine(f"  {text}", style) for text, style in found)
 
 
-def _bound(one: Mapping[str, Any]) -> str:
+def _timed(one: Mapping[str, Any], style: Style) -> StyledLine:
+    return StyledLine(f"{one['time']:8.2f} s  {one['text']}", style)
+
+
+def _bound(one: Mapping[str, Any]) -> StyledLine:
     way, limit = ("at most", one["at_most"]) if "at_most" in one else ("at least", one["at_least"])
-    broken = "  BROKEN" if one["margin"] < 0 else ""
+    is_broken = one["margin"] < 0
     measured = f"{one['quantity']:28} {one['measured']:9.4g}"
-    return f"{measured}  {way} {limit:.4g} {one['unit']:5} {one['rule']}{broken}"
+    text = f"{measured}  {way} {limit:.4g} {one['unit']:5} {one['rule']}{'  BROKEN' if is_broken else ''}"
+    return StyledLine(text, Style.BAD if is_broken else Style.NORMAL)
 
 
-def _decision(one: Mapping[str, Any]) -> str:
+def _decision(one: Mapping[str, Any]) -> StyledLine:
     why = "; ".join(f"{code} {rule}: {text}" for code, rule, text in one["reasons"])
-    return f"{one['time']:8.2f} s  {one['verdict']:9} {one['skill']} {one['kind']}" + (
-        f"  {why}" if why else ""
-    )
+    text = f"{one['time']:8.2f} s  {one['verdict']:9} {one['skill']} {one['kind']}"
+    style = _VERDICT_STYLES.get(one["verdict"], Style.NORMAL)
+    return StyledLine(f"{text}  {why}" if why else text, style)
 
 
 def _world(world: Mapping[str, Any]) -> Iterator[str]:
@@ -284,14 +333,3 @@ def _alternate_screen() -> Iterator[None]:
         sys.stdout.flush()
         for number, handler in former.items():
             signal.signal(number, handler)
-
-
-def _draw(view: dict[str, Any] | None) -> None:
-    columns, rows = shutil.get_terminal_size()
-    lines = ["no runs found"] if view is None else list(_lines(view))
-    shown = [
-        escape_for_terminal(line).replace("\n", "\\n")[: columns - 1] + _END_OF_LINE
-        for line in lines[: rows - 1]
-    ]
-    write_control(_HOME + "\n".join(shown) + "\n" + _BELOW)
-    sys.stdout.flush()

@@ -1,0 +1,1 @@
+"""Recordings of what is on the bus: ROS 2 bags and MCAP files."""

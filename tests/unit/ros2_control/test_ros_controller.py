@@ -1,0 +1,38 @@
+"""A robot that is not the expected one is not opened, and the reason says why."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from aeros.franka.process import ProcessError
+from tests.unit.ros2_control.foreign.stub import JOINTS
+from tests.unit.ros2_control.test_plant import SETTINGS, opened
+from tests.unit.runtime.bus.ros2.foreign.environments import Domain
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"joints": [*JOINTS[:6], "elbow"]}, "moves the joints .*elbow, and not exactly fr3_joint1"),
+        ({"no_speeds": True}, "nothing on /joint_states has stamp, positions and velocities of fr3_joint1"),
+    ],
+)
+def test_another_robot_is_not_opened(
+    monkeypatch: pytest.MonkeyPatch, domain: Domain, options: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(ProcessError, match=words), opened(monkeypatch, domain, **options):
+        pass
+
+
+@pytest.mark.deep
+def test_a_controller_that_is_not_there_is_not_opened(
+    monkeypatch: pytest.MonkeyPatch, domain: Domain
+) -> None:
+    other = replace(SETTINGS, controller="/other")
+    words = "nobody offers the action /other/follow_joint_trajectory"
+    with pytest.raises(ProcessError, match=words), opened(monkeypatch, domain, other):
+        pass
