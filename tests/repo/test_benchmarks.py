@@ -76,6 +76,8 @@ def test_the_benchmark_of_the_monitors_runs_and_aeros_knows_nothing_of_what_is_m
         ("symbolic", "benchmarks.md"),
         ("plant", "benchmarks.md"),
         ("engines.sim_to_sim", "plants.md"),
+        ("external.is_bench", "benchmarks-external.md"),
+        ("external.armguard", "benchmarks-external.md"),
     ],
 )
 def test_each_benchmark_is_published_with_how_to_rerun_it(name: str, page: str) -> None:
