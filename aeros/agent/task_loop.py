@@ -224,6 +224,7 @@ class TaskLoop:
             attempts=tuple(progress.attempts.items()),
             done_paths=tuple(sorted(progress.done_paths)),
             branch_choices=tuple(progress.branch_choices.items()),
+            part_starts=tuple(progress.part_starts.items()),
             final_report=ended,
             errand=self._position.number,
             earlier_reports=self._position.earlier_reports,

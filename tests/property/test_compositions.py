@@ -31,10 +31,13 @@ from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import (
     FailingPart,
     Fallback,
+    HeldPart,
     If,
     Par,
     RetriedPart,
     Seq,
+    StoppablePart,
+    TimedPart,
     children_of,
     steps_of,
     walk_parts,
@@ -141,7 +144,8 @@ class _Drawer:
         return Step(f"step{self.number}", skill, {}, {}, retry, handler, last, span)
 
     def part(self, depth: int) -> Part:
-        forms = ["step", "seq", "seq", "seq", "if", "if", "if", "any", "tolerate", "again", "check"]
+        forms = ["step", "seq", "seq", "seq", "if", "if", "if", "if", "any", "tolerate", "again", "check"]
+        forms += ["hold", "hold", "within"]
         forms += ["par", "par"] if self.par_may_fail else []
         form = self.draw(st.sampled_from(forms)) if depth else "step"
         if form == "step":
@@ -156,6 +160,8 @@ class _Drawer:
             )
         if form in ("any", "tolerate", "again"):
             return self.alternatives(form, depth)
+        if form in ("hold", "within"):
+            return self.stoppable(form, depth)
         if form == "if":
             otherwise = self.draw(st.sampled_from(["part", "nothing", "none"]))
             condition, then = self.draw(st.sampled_from(CONDITIONS)), self.part(depth - 1)
@@ -167,6 +173,17 @@ class _Drawer:
         if form == "par":  # the manifest refuses a branch without a step
             return Par(tuple(one if any(steps_of(one)) else self.step() for one in inner), self.span())
         return Seq(inner)
+
+    def stoppable(self, form: str, depth: int) -> Part:
+        """Draw a part that may be stopped; no `par` is in it, unless any may be."""
+        outer, self.par_may_fail = self.par_may_fail, self.pars_anywhere
+        inner = self.part(depth - 1)
+        inner = inner if any(steps_of(inner)) else Seq((inner, self.step()))
+        self.par_may_fail = outer
+        if form == "within":
+            return TimedPart(inner, self.span(), True, Fraction(1))
+        condition = ActionCondition(self.draw(st.sampled_from(CONDITIONS)), "", self.span())
+        return HeldPart(inner, self.span(), True, condition)
 
     def alternatives(self, form: str, depth: int) -> Part:
         """Draw a part that goes on after a failure; no `par` in it fails, unless any may."""
@@ -208,6 +225,7 @@ class _Machine:
         self.started: set[str] = set()
         self.unready: set[str] = set()
         self.uncovered: set[int] = set()
+        self.succeeded: set[int] = set()
         self.final_states: list[dict[str, Any]] = []
         starts = [state for state in STATES if is_true(composition.precondition, state)]
         pending = [(self.begin(composition.body), tuple(start.items())) for start in starts]
@@ -236,6 +254,8 @@ class _Machine:
                 return ("any", self.begin(first), tuple(others))
             case RetriedPart(part=one, retry=retry):
                 return ("any", self.begin(one), (one,) * retry)
+            case HeldPart(part=one) | TimedPart(part=one):
+                return ("begin", part, self.begin(one))
             case _:
                 return ("fail",)
 
@@ -275,6 +295,18 @@ class _Machine:
                         yield ("any", after, others), changed
                     else:
                         yield ("any", self.begin(others[0]), others[1:]) if others else after, changed
+            case ("begin", part, inner):
+                held = isinstance(part, TimedPart) or is_true(part.condition.term, state)
+                yield ("while", part, inner) if held else "stopped", state
+            case ("while", part, inner):
+                condition = None if isinstance(part, TimedPart) else part.condition.term
+                yield from self.stopped(condition, state)
+                for after, changed in self.next(inner, state):
+                    yield from self.stopped(condition, changed)
+                    if condition is None or is_true(condition, changed):
+                        self.succeeded |= {part.span.start} if after == "done" else set()
+                        ends = after in ("done", "stopped")
+                        yield after if ends else ("while", part, after), changed
             case ("fail",):
                 yield "stopped", state
             case ("try", step, name, tries_left):
@@ -296,6 +328,15 @@ class _Machine:
                         ends[after] if after in ("done", "stopped") else ("handle", after, again, lost),
                         changed,
                     )
+
+    def stopped(
+        self, condition: t.Term | None, state: dict[str, Any]
+    ) -> Iterator[tuple[Process, dict[str, Any]]]:
+        """What may be measured after a part was stopped: anything of what its condition reads."""
+        read = sorted(t.variables_of(condition)) if condition is not None else []
+        for values in itertools.product(*(UNIT if name == "v" else (False, True) for name in read)):
+            for measured in UNIT:
+                yield "stopped", {**state, "v": measured, **dict(zip(read, values, strict=True))}
 
     def ended(self, step: Step, name: str, tries_left: int, outcome: Outcome) -> Iterator[Process]:
         if not outcome.failure:
@@ -325,6 +366,8 @@ def _uses(composition: Composition, skills: dict[str, Skill], branch: Part) -> t
         part = pending.pop()
         if isinstance(part, If):
             read |= t.variables_of(part.condition).keys()
+        if isinstance(part, HeldPart):
+            read |= t.variables_of(part.condition.term).keys()
         if isinstance(part, Step) and part.id not in seen:
             seen.add(part.id)
             skill = skills[part.skill]
@@ -384,11 +427,17 @@ def _compare(composition: Composition, skills: dict[str, Skill]) -> None:
         never = {id_.split("/", 2)[2].removesuffix("/reachable") for id_ in refuted if "/reachable" in id_}
         assert never == names - machine.started
         RUNS.compare("AE855", proved=not never, expected=names <= machine.started)
+        parts = [one for one in walk_parts(composition.body) if isinstance(one, StoppablePart)]
+        failing = {int(id_.split("/")[2][5:]) for id_ in refuted if id_.endswith("/can-succeed")}
+        spans = {one.span.start for one in parts}
+        assert {parts[number - 1].span.start for number in failing} == spans - machine.succeeded
+        if parts:
+            RUNS.compare("AE863", proved=not failing, expected=spans <= machine.succeeded)
 
 
 def test_a_composition_is_refused_exactly_where_some_run_goes_wrong() -> None:
     _composition_is_judged()
-    RUNS.assert_both("AE851", "AE855", "AE857", "AE860")
+    RUNS.assert_both("AE851", "AE855", "AE857", "AE860", "AE863")
 
 
 @bounded

@@ -19,6 +19,7 @@
   When one fails for good the whole `par` has failed and nothing follows (as in `flow.paths`): the other
   branches start nothing more and their running steps are cancelled. The `par` ends when they have ended.
 - An alternative of a fallback, or another try of a part, follows a declared failure (`alternatives`).
+- A part under a held condition or with a timeout is stopped and fails once that breaks (`stoppable_scopes`).
 - Once the goal is reached nothing more starts; running steps end by themselves.
 
 - An input may use an output of a step that has succeeded; if that output is missing, the step fails.
@@ -30,11 +31,11 @@ A branch is a generator that yields while one of its steps runs and is sent ever
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from math import inf
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from aeros.agent.execution.alternatives import run_alternatives
 from aeros.agent.execution.attempt import AttemptResult, RunningAttempt
@@ -43,14 +44,26 @@ from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.progress import PlanProgress, StepPath, UnfinishedAttempt
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.execution.stoppable_scopes import StopScope, run_stoppable, worse_failure
 from aeros.agent.execution.waiting import Wait
 from aeros.agent.planning.compositions import chosen_composition
 from aeros.agent.planning.task_graph import Part, PlanStep
 from aeros.agent.world.definitions import unmet_with_definitions
 from aeros.agent.world.values import to_json_value
-from aeros.runtime.ports import EndedStep, StepHandle
+from aeros.runtime.ports import EndedStep, StepResult
 from aeros.spec.model.cause import Cause
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
+from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    HeldPart,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    StoppablePart,
+    TimedPart,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +76,7 @@ class PlanFailure:
         wait: what may change so that planning again helps later; None if nothing is waited for.
         pause_s: time that is to pass before another plan, plant seconds.
         is_declared: a step ended as it declares that it may, or could not start.
+        is_stop: a step was cancelled, or not started, because a part around it was stopped.
         causes: the values behind predicates by definition that decide no branch, as data.
     """
 
@@ -71,36 +85,17 @@ class PlanFailure:
     wait: Wait | None = None
     pause_s: float = 0.0
     is_declared: bool = field(default=False, compare=False)
+    is_stop: bool = field(default=False, compare=False)
     causes: tuple[Cause, ...] = ()
 
+
+_Scope: TypeAlias = StopScope[PlanFailure]
 
 _AFTER_LAST: Final = 0
 """Place of what follows the last attempt of a step; what runs between two has the number of the first."""
 
 _Branch = Generator[None, EndedStep, PlanFailure | None]
 """Rest of a part's execution; returns None once the part is done, else the failure that ended it."""
-
-
-@dataclass
-class _CancelScope:
-    """Branches that are cancelled together, and the scopes inside them.
-
-    Attributes:
-        cancel_reason: why nothing in this scope may start any more; None if it may.
-        running: steps that are running.
-        children: scopes of the `par`s inside.
-    """
-
-    cancel_reason: str | None = None
-    running: set[StepHandle] = field(default_factory=set)
-    children: list[_CancelScope] = field(default_factory=list)
-
-    def cancel(self, reason: str) -> Iterator[StepHandle]:
-        """Forbid further starts in this scope and yield its running steps."""
-        self.cancel_reason = self.cancel_reason or reason
-        yield from sorted(self.running)
-        for scope in self.children:
-            yield from scope.cancel(reason)
 
 
 class PlanExecutor:
@@ -140,7 +135,7 @@ class PlanExecutor:
         """
         self._outputs.clear()
         self._progress = progress or PlanProgress()
-        scope = _CancelScope()
+        scope = _Scope()
         branch, until = self._run_part(part, scope, (), StepRole.STEP), self.until
         ended = None
         while True:
@@ -149,13 +144,28 @@ class PlanExecutor:
             except StopIteration as done:
                 end: PlanFailure | None = done.value
                 return end
-            while (ended := self._attempts.wait(until)) is None:
+            while (ended := self._wait(scope, until)) is None:
                 until, self.timed_out = inf, True
                 self._cancel(scope, "the time limit of the task has passed")
 
+    def _wait(self, scope: _Scope, until: float) -> EndedStep | None:
+        """Wait for a step to end, and stop parts whose time passes; None if the task's does, or at a cancellation."""
+        waiting = self._attempts.waiting
+        while True:
+            timed, was_cancelled = list(scope.running_deadlines()), waiting.was_cancelled
+            ended = self._attempts.wait(min([until, *(one.deadline for one in timed)]))
+            if ended is not None or waiting.was_cancelled is not was_cancelled:
+                return ended
+            now = self._attempts.now
+            if now >= until or not timed:
+                return None
+            for one in timed:
+                if one.deadline <= now:
+                    self._stop(one)
+
     # Parts.
 
-    def _run_part(self, part: Part, scope: _CancelScope, path: StepPath, role: StepRole) -> _Branch:
+    def _run_part(self, part: Part, scope: _Scope, path: StepPath, role: StepRole) -> _Branch:
         """Run a part; `role` is that of the first try of each of its steps."""
         match part:
             case PlanStep():
@@ -170,21 +180,19 @@ class PlanExecutor:
                 return self._run_alternatives([(one, role) for one in parts], scope, path)
             case RetriedPart(part=one, retry=retry):
                 return self._run_alternatives([(one, role), *[(one, StepRole.RETRY)] * retry], scope, path)
+            case StoppablePart():
+                return self._run_stoppable(part, scope, path, role)
             case FailingPart(text=text):
                 return self._fail_at_once(text)
 
-    def _run_sequence(
-        self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath, role: StepRole
-    ) -> _Branch:
+    def _run_sequence(self, parts: tuple[Part, ...], scope: _Scope, at: StepPath, role: StepRole) -> _Branch:
         for number, part in enumerate(parts):
             end = yield from self._run_part(part, scope, (*at, number), role)
             if end is not None:
                 return end
         return None
 
-    def _run_conditional(
-        self, part: If[PlanStep], scope: _CancelScope, at: StepPath, role: StepRole
-    ) -> _Branch:
+    def _run_conditional(self, part: If[PlanStep], scope: _Scope, at: StepPath, role: StepRole) -> _Branch:
         if self._is_over():
             return None
         holds = self._progress.branch_choices.get(at)
@@ -202,7 +210,7 @@ class PlanExecutor:
         return PlanFailure(reason, causes=behind)
 
     def _run_alternatives(
-        self, parts: Sequence[tuple[Part, StepRole]], scope: _CancelScope, at: StepPath
+        self, parts: Sequence[tuple[Part, StepRole]], scope: _Scope, at: StepPath
     ) -> _Branch:
         starts = [
             partial(self._run_part, part, scope, (*at, number), role)
@@ -214,10 +222,53 @@ class PlanExecutor:
         yield from ()
         return None if self._is_over() else PlanFailure(f"`{text}` is not met", is_declared=True)
 
-    def _run_parallel(
-        self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath, role: StepRole
+    def _run_stoppable(
+        self, part: StoppablePart[PlanStep], scope: _Scope, at: StepPath, role: StepRole
     ) -> _Branch:
-        inner = _CancelScope(scope.cancel_reason)
+        """Run a part under a condition or within a time; one that is done is passed through for its outputs."""
+        inner = _Scope(scope, cancel_reason=scope.cancel_reason)
+        if not (self._is_over() or self._progress.is_done(at)):
+            if isinstance(part, HeldPart):
+                inner.condition = part.condition
+            elif isinstance(part, TimedPart):
+                inner.deadline = self._progress.begin_part(at, self._attempts.now) + float(part.timeout)
+            if inner.cancel_reason is None and inner.is_due_to_stop(self._holds, self._is_due):
+                return self._failure_of_stop(inner)
+        failure = yield from run_stoppable(inner, partial(self._run_part, part.part, inner, (*at, 0), role))
+        if failure is None:
+            self._progress.mark_done(at)
+        return failure
+
+    def _holds(self, condition: ActionCondition) -> bool:
+        return self._attempts.world.evaluate(condition.term) is True
+
+    def _is_due(self, deadline: float) -> bool:
+        return self._attempts.now >= deadline
+
+    def _is_past(self, deadline: float) -> bool:
+        return self._attempts.now > deadline
+
+    def _stop(self, scope: _Scope, why: str = "") -> None:
+        """Stop the part of a scope, which has failed then."""
+        scope.stop = self._failure_of_stop(scope, why)
+        self._cancel(scope, scope.stop.reason)
+
+    def _failure_of_stop(self, scope: _Scope, why: str = "") -> PlanFailure:
+        if scope.condition is None:
+            return PlanFailure("the time of this part has passed", is_declared=True)
+        world, condition = self._attempts.world, scope.condition
+        why = why or world.unmet_reason(condition.term)
+        return PlanFailure(f"`{condition.text}` is not held: {why}", is_declared=True)
+
+    def _stop_what_broke(self, scope: _Scope, result: StepResult) -> None:
+        """Stop the outermost part around a step that has just ended whose condition or time broke."""
+        if not self._is_over():
+            broken = scope.scope_to_stop(self._holds, self._is_past, result.lost_hold)
+            if broken is not None:
+                self._stop(broken, "" if result.lost_hold is None else result.reason)
+
+    def _run_parallel(self, parts: tuple[Part, ...], scope: _Scope, at: StepPath, role: StepRole) -> _Branch:
+        inner = _Scope(scope, cancel_reason=scope.cancel_reason)
         scope.children.append(inner)
         running = [self._run_part(part, inner, (*at, number), role) for number, part in enumerate(parts)]
         failure: PlanFailure | None = None
@@ -228,21 +279,21 @@ class PlanExecutor:
                     _resume_branch(branch, ended)
                 except StopIteration as done:
                     running.remove(branch)
-                    if done.value is not None and failure is None:
-                        failure = done.value
+                    first, failure = failure, worse_failure(failure, done.value)
+                    if first is None and failure is not None:
                         self._cancel(inner, f"a parallel branch failed: {failure.reason}")
             if running:
                 ended = yield
         scope.children.remove(inner)
         return failure
 
-    def _cancel(self, scope: _CancelScope, reason: str) -> None:
+    def _cancel(self, scope: _Scope, reason: str) -> None:
         for handle in scope.cancel(reason):
             self._attempts.cancel(handle, reason)
 
     # Steps.
 
-    def _run_step(self, step: PlanStep, scope: _CancelScope, at: StepPath, role: StepRole) -> _Branch:
+    def _run_step(self, step: PlanStep, scope: _Scope, at: StepPath, role: StepRole) -> _Branch:
         if self._progress.is_done(at):
             self._store_outputs(step, self._progress.last_result(at))
             return None
@@ -254,7 +305,7 @@ class PlanExecutor:
             return None
         return (yield from self._run_attempt(role, step, scope, at))
 
-    def _run_attempt(self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
+    def _run_attempt(self, role: StepRole, step: PlanStep, scope: _Scope, at: StepPath) -> _Branch:
         attempt = self._progress.last_result(at)
         if attempt is None or self._progress.alternative(at):
             attempt = yield from self._invoke(role, step, scope, at)
@@ -282,24 +333,28 @@ class PlanExecutor:
         failure = _failure_of(step, attempt, self.denied)
         return (yield from self._fail(step, failure, scope, at)) if has_failed else failure
 
-    def _fail(self, step: PlanStep, failure: PlanFailure, scope: _CancelScope, at: StepPath) -> _Branch:
+    def _fail(self, step: PlanStep, failure: PlanFailure, scope: _Scope, at: StepPath) -> _Branch:
         """Run what follows the last attempt of a step; return the failure of the step."""
         if not failure.is_declared or self._is_over():
             return failure
         end = yield from self._run_recovery(step.on_failure, scope, (*at, _AFTER_LAST))
         return failure if end is None or end.is_declared else end
 
-    def _run_recovery(self, recovery: PlanStep | None, scope: _CancelScope, at: StepPath) -> _Branch:
+    def _run_recovery(self, recovery: PlanStep | None, scope: _Scope, at: StepPath) -> _Branch:
         """Run a recovery, if there is one that was not run yet."""
         if recovery is None or self._progress.is_done(at):
             return None
         return (yield from self._run_attempt(StepRole.RECOVERY, recovery, scope, at))
 
     def _invoke(
-        self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath
+        self, role: StepRole, step: PlanStep, scope: _Scope, at: StepPath
     ) -> Generator[None, EndedStep, AttemptResult]:
+        if scope.cancel_reason is None and not self._is_over():
+            late = scope.scope_to_stop(lambda _: True, self._is_due)
+            if late is not None:
+                self._stop(late)
         if scope.cancel_reason is not None:
-            return AttemptResult(failed=True, reason=f"cancelled: {scope.cancel_reason}")
+            return AttemptResult(failed=True, reason=f"cancelled: {scope.cancel_reason}", is_stop=True)
         if self._progress.alternative(at):
             return (yield from self._run_composition(role, step, scope, at))
         inputs = _filled_inputs(step, self._outputs)
@@ -307,7 +362,7 @@ class PlanExecutor:
             return AttemptResult(failed=True, reason=inputs)
         before, head = self._attempts.world.predicates, self._attempts.audit_head
         self._progress.start_attempt(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))
-        started = self._attempts.start(role, step.module, step.skill, inputs)
+        started = self._attempts.start(role, step.module, step.skill, inputs, scope.held)
         if isinstance(started, ChosenComposition):
             self._progress.choose_alternative(at, started.name)
             return (yield from self._run_composition(role, step, scope, at))
@@ -322,10 +377,11 @@ class PlanExecutor:
                 attempt = self._attempts.finish(started.pending, ended.result)
                 self._progress.finish_attempt(at, attempt)
                 self._store_outputs(step, attempt)
+                self._stop_what_broke(scope, ended.result)
                 return attempt
 
     def _run_composition(
-        self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath
+        self, role: StepRole, step: PlanStep, scope: _Scope, at: StepPath
     ) -> Generator[None, EndedStep, AttemptResult]:
         """Run the composition that was chosen for a step, or what is left of it, as one attempt."""
         count, chosen = self._progress.attempt_count(at), self._progress.alternative(at)
@@ -360,6 +416,7 @@ def _failure_of(step: PlanStep, attempt: AttemptResult, denied: set[str]) -> Pla
             attempt.wait,
             attempt.pause_s,
             is_declared=attempt.is_retryable,
+            is_stop=attempt.is_stop,
         )
     ran_by = step if attempt.record is None else attempt.record  # a capability may be of another module
     name = f"`{ran_by.module}.{ran_by.skill}`"
@@ -374,6 +431,7 @@ def _failure_of(step: PlanStep, attempt: AttemptResult, denied: set[str]) -> Pla
             wait=attempt.wait,
             pause_s=attempt.pause_s,
             is_declared=attempt.is_retryable or not ran,
+            is_stop=attempt.is_stop,
         )
     why = attempt.reason.removeprefix("denied: ")
     if attempt.is_transient:
@@ -404,6 +462,7 @@ def _composed_result(end: PlanFailure | None) -> AttemptResult:
         True,
         end.reason,
         is_retryable=end.is_declared,
+        is_stop=end.is_stop,
         ends_run=end.is_final,
         is_composed=True,
         pause_s=end.pause_s,

@@ -16,6 +16,9 @@ Each branch of a `par` is explored by itself.  Where no branch writes what anoth
 claim of its own, the interleaving changes nothing for a branch.  The part after the `par` is reached when all
 branches have succeeded.  While another branch may run a skill, only predicates are known.  Where a branch
 fails, the others are stopped anywhere: all that their steps may set is forgotten.
+
+A part under `hold` or within `timeout` may be stopped before each of its steps and after each, done or not,
+and fails then.  What the condition reads is forgotten; between its steps, the condition is known to hold.
 """
 
 from __future__ import annotations
@@ -25,6 +28,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+from aeros.spec.consequences.disturbance import Definitions, disturbed_by_changes
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.effects import Increment
 from aeros.spec.expr.lower import lower
@@ -32,8 +36,18 @@ from aeros.spec.expr.types import BoolType, EnumType, IntegerType
 from aeros.spec.flow.arguments import effect_term
 from aeros.spec.model.composition import Composition, Part, Step, handlers_of
 from aeros.spec.model.ecm import Outcome, Skill
-from aeros.spec.model.hold_conditions import hold_loss_outcomes
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of
+from aeros.spec.model.hold_conditions import hold_loss_outcomes, stop_outcomes
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    HeldPart,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    StoppablePart,
+    steps_of,
+)
 from aeros.spec.model.task_parameters import is_parameter
 from aeros.spec.model.variables import Declared
 
@@ -88,7 +102,10 @@ class PathExploration:
         states_at_steps: by step or `handler/NAME`, the situations in which its skill is about to start.
         states_at_ifs: by `id` of an `if`, as the same may stand at two places, the situations in which it
             is decided.
+        states_after_parts: by `id` of a part under `hold` or within `timeout`, those in which it has
+            succeeded.
         final_states: the situations in which the whole composition has succeeded.
+        definitions: definitions of predicates by full name.
     """
 
     skills: Mapping[str, Skill]
@@ -96,7 +113,11 @@ class PathExploration:
     handlers: Mapping[str, Step]
     states_at_steps: dict[str, SymbolicStates] = field(default_factory=dict)
     states_at_ifs: dict[int, SymbolicStates] = field(default_factory=dict)
+    states_after_parts: dict[int, SymbolicStates] = field(default_factory=dict)
     final_states: SymbolicStates = field(default_factory=dict)
+    definitions: Definitions = field(default_factory=dict)
+    _stops: list[SymbolicStates] = field(default_factory=list)
+    _held: list[t.Term] = field(default_factory=list)
     _count: int = 0
     _depth: int = 0
     _is_recording: bool = True
@@ -136,6 +157,8 @@ class PathExploration:
                 return self._fallback(part, before, failed)
             case RetriedPart():
                 return self._retried(part, before, failed)
+            case StoppablePart():
+                return self._stoppable(part, before, failed)
             case FailingPart():
                 _merge(failed, before)
                 return {}
@@ -164,24 +187,64 @@ class PathExploration:
         _merge(failed, lost)
         return done
 
+    def _stoppable(
+        self, part: StoppablePart[Step], before: SymbolicStates, failed: SymbolicStates
+    ) -> SymbolicStates:
+        freed: set[str] = set()
+        if isinstance(part, HeldPart):
+            condition = part.condition.term
+            before, unheld = self._decide(condition, before)
+            _merge(failed, unheld)
+            freed = {
+                name for name, one in t.variables_of(condition).items() if one.role is t.VariableRole.STATE
+            }
+            freed |= disturbed_by_changes(freed, self.definitions).keys()
+            self._held.append(condition)
+        lost: SymbolicStates = {}
+        self._stops.append(dict(before))
+        done = self.execute(part.part, before, lost)
+        stops = self._stops.pop()
+        if isinstance(part, HeldPart):
+            self._held.pop()
+        _merge(failed, lost)
+        for situation, trace in stops.items():
+            failed.setdefault(self._forget_measurements(situation, freed), trace)
+        if self._is_recording:
+            _merge(self.states_after_parts.setdefault(id(part), {}), done)
+        return done
+
     def _par(self, part: Par[Step], before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
         kept: SymbolicStates = {}
         for situation, trace in before.items():
             kept.setdefault(self._forget_measurements(situation), trace)
-        self._depth += 1
         written = [self._writes(branch) for branch in part.branches]
+        for stops in self._stops:
+            for situation, trace in kept.items():
+                stops.setdefault(self._forget_measurements(situation, frozenset().union(*written)), trace)
+        # What the other branches have done decides, too, if a condition around all of them holds.
+        around, self._stops, self._held = (self._stops, self._held), [], []
+        self._depth += 1
+        ended: SymbolicStates = {}
         for number, branch in enumerate(part.branches):
             lost: SymbolicStates = {}
             self.execute(branch, kept, lost)
             others = frozenset().union(*written[:number], *written[number + 1 :])
             for situation, trace in lost.items():
-                failed.setdefault(self._forget_measurements(situation, others), trace)
+                ended.setdefault(self._forget_measurements(situation, others), trace)
         was_recording, self._is_recording = self._is_recording, False
         for branch in part.branches:
             kept = self.execute(branch, kept, {})
         self._is_recording = was_recording
         self._depth -= 1
-        return kept
+        self._stops, self._held = around
+        _merge(failed, self._still_held(ended))
+        return self._still_held(kept)
+
+    def _still_held(self, situations: SymbolicStates) -> SymbolicStates:
+        """Keep the situations in which all conditions around hold, and note there that they do."""
+        for term in self._held:
+            situations, _ = self._decide(term, situations)
+        return situations
 
     def _writes(self, branch: Part) -> frozenset[str]:
         """Names of all that the steps of a branch, their handlers included, may set or disturb."""
@@ -198,20 +261,25 @@ class PathExploration:
     def _if(self, part: If[Step], before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
         if self._is_recording:
             _merge(self.states_at_ifs.setdefault(id(part), {}), before)
+        then, otherwise = self._decide(part.condition, before)
+        after = dict(self.execute(part.then, then, failed))
+        if part.otherwise is not None:
+            _merge(after, self.execute(part.otherwise, otherwise, failed))
+        return after
+
+    def _decide(self, condition: t.Term, before: SymbolicStates) -> tuple[SymbolicStates, SymbolicStates]:
+        """Split situations into those in which a condition holds, and those in which it does not."""
         then: SymbolicStates = {}
         otherwise: SymbolicStates = {}
         for situation, trace in before.items():
-            condition = situation.condition(part.condition, self.state)
-            for branch, term in ((then, condition), (otherwise, fold_constants(t.Not(condition)))):
+            holds = situation.condition(condition, self.state)
+            for branch, term in ((then, holds), (otherwise, fold_constants(t.Not(holds)))):
                 if term != t.FALSE:
                     known = SymbolicState(
                         situation.assignment, situation.path_condition | split_conjunction(term)
                     )
                     branch.setdefault(self._forget_measurements(known) if self._depth else known, trace)
-        after = dict(self.execute(part.then, then, failed))
-        if part.otherwise is not None:
-            _merge(after, self.execute(part.otherwise, otherwise, failed))
-        return after
+        return then, otherwise
 
     def _step(self, step: Step, before: SymbolicStates, name: str, failed: SymbolicStates) -> SymbolicStates:
         done: SymbolicStates = {}
@@ -238,6 +306,7 @@ class PathExploration:
     def _run(self, step: Step, before: SymbolicStates, done: SymbolicStates) -> SymbolicStates:
         """Return the situations after a failure; add those after a success to `done`."""
         failed: SymbolicStates = {}
+        succeeded: SymbolicStates = {}
         for name in step.runs:
             skill = self.skills[name]
             shown = step.id if len(step.runs) == 1 else f"{step.id} by {name}"
@@ -246,14 +315,26 @@ class PathExploration:
                 for situation, trace in before.items():
                     after = self._apply_outcome(situation, outcome)
                     ended = (*trace, f"{shown} → {outcome.id}")
-                    (failed if outcome.failure else done).setdefault(after, ended)
+                    (failed if outcome.failure else succeeded).setdefault(after, ended)
                     for other in _measured_instead(skill, outcome):
                         if _may_hold(other, situation, after):
                             both = {**outcome.effects, **other.effects}
                             mistaken = self._apply_outcome(situation, _with_effects(outcome, both))
                             ended = (*trace, f"{shown} → {other.id}")
-                            (failed if other.failure else done).setdefault(mistaken, ended)
-        return failed
+                            (failed if other.failure else succeeded).setdefault(mistaken, ended)
+            self._note_stops(skill, before, shown)
+        for stops in self._stops:
+            _merge(stops, {**succeeded, **failed})
+        _merge(done, self._still_held(succeeded))
+        return self._still_held(failed)
+
+    def _note_stops(self, skill: Skill, before: SymbolicStates, shown: str) -> None:
+        """Note the situations in which a run of a skill may be stopped with a part around it."""
+        for outcome in stop_outcomes(skill) if self._stops else ():
+            for situation, trace in before.items():
+                after = self._apply_outcome(situation, outcome)
+                for stops in self._stops:
+                    stops.setdefault(after, (*trace, f"{shown} → {outcome.id}"))
 
     def _apply_outcome(self, situation: SymbolicState, outcome: Outcome) -> SymbolicState:
         before = self._forget_measurements(situation, outcome.unsettled)
@@ -349,7 +430,10 @@ def _assigned_after(assigned: Mapping[str, Any], effects: Mapping[str, Any]) -> 
 
 
 def explore_paths(
-    composition: Composition, skills: Mapping[str, Skill], state: Mapping[str, Declared]
+    composition: Composition,
+    skills: Mapping[str, Skill],
+    state: Mapping[str, Declared],
+    definitions: Definitions | None = None,
 ) -> PathExploration:
     """Explore all paths of a composition, from every state that meets its precondition.
 
@@ -359,6 +443,7 @@ def explore_paths(
         composition: the composition.
         skills: skills of the module by name.
         state: state variables of the site by name.
+        definitions: definitions of predicates by full name; None for none.
 
     Returns:
         The situations at every step and `if`, and after the whole.
@@ -366,7 +451,7 @@ def explore_paths(
     Raises:
         TooManyPathsError: there are more than `MAX_SYMBOLIC_STATES` situations.
     """
-    paths = PathExploration(skills, state, composition.handlers)
+    paths = PathExploration(skills, state, composition.handlers, definitions=definitions or {})
     start = SymbolicState(path_condition=split_conjunction(fold_constants(composition.precondition)))
     paths.final_states = paths.execute(composition.body, {start: ()}, {})
     return paths

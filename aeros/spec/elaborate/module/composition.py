@@ -7,27 +7,42 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, Final
 
 from aeros.spec.declared import composition as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.elaborate.expressions import elaborate_expression
+from aeros.spec.elaborate.expressions import elaborate_expression, elaborate_quantity
+from aeros.spec.elaborate.module.action_conditions import elaborate_action_condition
 from aeros.spec.elaborate.module.callables import CallableNames
 from aeros.spec.elaborate.module.tasks import NEEDS_RETRY
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.values import elaborate_value
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.units import TIME
 from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step, nested
 from aeros.spec.model.ecm import Skill
+from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combinations
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    HeldPart,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    StoppablePart,
+    TimedPart,
+    steps_of,
+)
 from aeros.spec.text.fields import ChoiceField, ExpressionField, IntegerField, MappingField, TextField
 
 _OWN_ID: Final = "give this one an `id` of its own"
-_FORMS: Final = ("seq", "par", "any", "tolerate", "if", "check", "skill")
+_FORMS: Final = ("seq", "par", "any", "tolerate", "if", "check", "hold", "timeout", "skill")
 _FIELD_OF: Final = {"if": "if_"}
 _STEP_FIELDS = ("id", "inputs", "between_tries", "on_failure")
 
@@ -148,7 +163,8 @@ class _InvocationFields:
 
 def _subparts(part: declared.Part) -> Iterator[declared.Part]:
     yield part
-    inner = [*(part.seq or ()), *(part.par or ()), *(part.any or ()), part.tolerate, part.then, part.else_]
+    inner: list[object] = [*(part.seq or ()), *(part.par or ()), *(part.any or ())]
+    inner += [one for one in (part.tolerate, part.part, part.then, part.else_) if one is not None]
     for one in (one for one in inner if isinstance(one, declared.Part)):
         yield from _subparts(one)
 
@@ -251,9 +267,7 @@ class _Elaborator:
                 part.skill, part.inputs.items, part.retry, part.between_tries, part.on_failure
             )
             composition = self._sole_composition(run)
-            if self._around and part.on_failure is not None and part.on_failure.value == STOP_ON_FAILURE:
-                headline = f"`{name.value}` cannot stop the composition: {self._around} after its failure"
-                self._report(headline, part.on_failure.span)
+            self._check_stop(part, f"`{name.value}`")
             if composition is not None:
                 body, handlers = nested(name.value, composition, part.skill.span)
                 self._register_nested(name, [step.id for step in steps_of(body)], handlers)
@@ -261,6 +275,8 @@ class _Elaborator:
             return self._step(name.value, run, part.skill.span)
         if part.if_ is not None:
             return self._if(part, part.if_)
+        if part.hold is not None or part.timeout is not None:
+            return self._stoppable(part)
         if part.check is not None:
             term = elaborate_expression(part.check, state_scope(self._site), self._diagnostics)
             text, span = part.check.value, part.check.span
@@ -291,6 +307,50 @@ class _Elaborator:
             if not any(steps_of(one)):
                 self._diagnostics.error("AE112", "a branch of a `par` has at least one step", span)
         return Par(parts, span)
+
+    def _stoppable(self, part: declared.Part) -> StoppablePart[Step] | None:
+        """Build a part that runs under a condition or within a time."""
+        span = _first_line_span(part.span)
+        form = "timeout" if part.hold is None else "hold"
+        if part.on_failure is not None and part.on_failure.value != STOP_ON_FAILURE:
+            headline = (
+                f"a `{form}` has no handler: `on_failure` is `stop` or absent; put it into `any` instead"
+            )
+            self._report(headline, part.on_failure.span)
+        self._check_stop(part, f"this `{form}`")
+        stops = part.on_failure is not None
+        limit = self._time_limit(part.timeout)
+        hold = None
+        if part.hold is not None:
+            hold = elaborate_action_condition(part.hold, state_scope(self._site), self._diagnostics)
+            if hold is not None and count_combinations(hold) > MAX_COMBINATIONS:
+                headline = f"`hold` reads predicates with more than {MAX_COMBINATIONS} combinations of values"
+                self._diagnostics.error(
+                    "AE111", headline, hold.span, help=("use fewer predicates in `hold`",)
+                )
+        if part.part is None:
+            self._report(f"a `{form}` needs a `part`, which runs meanwhile", span)
+            return None
+        inner = self._part(part.part)
+        if inner is None:
+            return None
+        if not any(steps_of(inner)):
+            self._diagnostics.error("AE112", f"the `part` of a `{form}` has at least one step", span)
+        if hold is not None:
+            return HeldPart(inner, hold.span, stops, hold)
+        return None if limit is None or part.timeout is None else TimedPart(inner, span, stops, limit)
+
+    def _time_limit(self, text: TextField | None) -> Fraction | None:
+        limit = None if text is None else elaborate_quantity(text, TIME, self._diagnostics)
+        if limit is not None and text is not None and limit <= 0:
+            self._diagnostics.error("AE129", "a timeout must be above 0 s", text.span)
+        return limit
+
+    def _check_stop(self, part: declared.Part, name: str) -> None:
+        """Report a part that stops the composition, although something goes on after its failure."""
+        stop = part.on_failure
+        if self._around and stop is not None and stop.value == STOP_ON_FAILURE:
+            self._report(f"{name} cannot stop the composition: {self._around} after its failure", stop.span)
 
     def _part_that_may_fail(self, part: declared.Part, then: str) -> Part | None:
         """Build a part after whose failure something follows, which `then` says."""
@@ -406,10 +466,15 @@ class _Elaborator:
 
 def _misplaced_fields(part: declared.Part, form: str) -> Iterator[str]:
     """Report fields that have no meaning in a part of this form."""
-    for name in _STEP_FIELDS if form != "skill" else ():
+    fields = [] if form == "skill" else [*_STEP_FIELDS]
+    if form in ("hold", "timeout"):
+        fields.remove("on_failure")
+    for name in fields:
         value = getattr(part, name)
         if value is not None and value != MappingField():
             yield f"`{name}` belongs to a step with a `skill`"
+    if form not in ("hold", "timeout") and part.part is not None:
+        yield "`part` belongs to a `hold` or a `timeout`"
     if form != "if" and (part.then is not None or part.else_ is not None):
         yield "`then` and `else` belong to an `if`"
 

@@ -7,7 +7,9 @@ from typing import Any
 
 from aeros.spec.closed_loop.composed_run import ComposedRun, Weights
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
+from aeros.spec.consequences.stopped_parts import stop_of_part
 from aeros.spec.expr import terms as t
+from aeros.spec.flow.durations import may_be_late
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
 from tests.unit.agent.dumplings import PREDICATES, SPAN, outcome, skill, term
@@ -36,8 +38,10 @@ def run(
     made = ComposedRun(
         Composition("c", t.TRUE, None, body, handlers, SPAN),
         lambda name, inputs: Invocation(SKILLS[name], inputs, NAMES),
-        lambda part: StateCondition(part.condition, NAMES),
+        lambda condition: StateCondition(condition, NAMES),
         StateCondition(goal, NAMES),
+        lambda part: Invocation(stop_of_part(part, handlers, SKILLS, {}, {}), {}, NAMES, NAMES),
+        lambda part: may_be_late(part, handlers, SKILLS),
         {name: NAMES.index(name) for name in uncertain},
     )
     done, failed, _ = made.run((False, False, False), "step")
