@@ -36,7 +36,8 @@ from typing import Final
 from aeros.agent.errands import ErrandPosition
 from aeros.agent.execution.attempt_journal import record_replan, record_unmet_definitions
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
+from aeros.agent.execution.plan_executor import PlanExecutor
+from aeros.agent.execution.plan_failure import PlanFailure
 from aeros.agent.execution.progress import PlanProgress
 from aeros.agent.execution.repeats import FinishedPlans
 from aeros.agent.execution.report import RunReport

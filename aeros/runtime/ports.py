@@ -592,7 +592,7 @@ class StepResult:
         outputs: the skill's outputs, by name.
         is_transient: the step was denied only because of measured values, so it may be allowed later.
         causes: the reason as data, if there is any.
-        lost_hold: position in `StepRequest.held` of the condition for which it was cancelled; None if for none.
+        lost_hold: position in `StepRequest.held` of the condition that cancelled it; None if none did.
     """
 
     status: StepStatus

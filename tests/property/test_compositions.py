@@ -125,7 +125,8 @@ def _skills(draw: st.DrawFn) -> dict[str, Skill]:
 
 
 class _Drawer:
-    def __init__(self, draw: st.DrawFn, pars_anywhere: bool = False) -> None:
+    def __init__(self, draw: st.DrawFn, pars_anywhere: bool = False, has_stops: bool = False) -> None:
+        self.has_stops = has_stops
         self.draw = draw
         self.pars_anywhere = pars_anywhere
         self.par_may_fail = True
@@ -144,8 +145,8 @@ class _Drawer:
         return Step(f"step{self.number}", skill, {}, {}, retry, handler, last, span)
 
     def part(self, depth: int) -> Part:
-        forms = ["step", "seq", "seq", "seq", "if", "if", "if", "if", "any", "tolerate", "again", "check"]
-        forms += ["hold", "hold", "within"]
+        forms = ["step", "seq", "seq", "seq", "if", "if", "if", "any", "tolerate", "again", "check"]
+        forms += ["hold", "hold", "within", "within"] if self.has_stops else []
         forms += ["par", "par"] if self.par_may_fail else []
         form = self.draw(st.sampled_from(forms)) if depth else "step"
         if form == "step":
@@ -200,9 +201,11 @@ class _Drawer:
 
 
 @st.composite
-def _compositions(draw: st.DrawFn, pars_anywhere: bool = False) -> Composition:
-    drawer = _Drawer(draw, pars_anywhere)
+def _compositions(draw: st.DrawFn, pars_anywhere: bool = False, has_stops: bool = False) -> Composition:
+    drawer = _Drawer(draw, pars_anywhere, has_stops)
     body = drawer.part(2)
+    if has_stops and draw(st.booleans()):
+        body = Seq((body, drawer.stoppable(draw(st.sampled_from(["hold", "within"])), 2)))
     body = body if any(steps_of(body)) else Seq((body, drawer.step()))
     second = Step("h1", draw(st.sampled_from(["s0", "s1"])), {}, {}, 0, None, None, drawer.span())
     first = Step("h0", draw(st.sampled_from(["s2", "s3"])), {}, {}, 1, "h1", None, drawer.span())
@@ -398,18 +401,18 @@ def _refuted(module: Ecm, site: Site) -> tuple[set[str], set[str]]:
     return set(found), {id_ for id_, verdict in found.items() if verdict is not Verdict.PROVED}
 
 
-RUNS, RESOURCES, PAIRS, INTERFACES = Mix(), Mix(), Mix(), Mix()
+RUNS, STOPS, RESOURCES, PAIRS, INTERFACES = Mix(), Mix(), Mix(), Mix(), Mix()
 
 
-def _compare(composition: Composition, skills: dict[str, Skill]) -> None:
+def _compare(composition: Composition, skills: dict[str, Skill], mix: Mix) -> None:
     claims, refuted = _refuted(_module(skills, composition), _site())
     effects = {id_ for id_ in refuted if id_.endswith("/effects")}
-    RUNS.compare("AE860", proved=not effects, expected=not _interferes(composition, skills))
+    mix.compare("AE860", proved=not effects, expected=not _interferes(composition, skills))
     if effects or any("/resources/" in id_ for id_ in refuted):
         assert not any(id_.endswith("/reachable") for id_ in claims)
         return
     startable = any(is_true(composition.precondition, state) for state in STATES)
-    RUNS.compare("AE855", proved="composition/c/can-start" not in refuted, expected=startable)
+    mix.compare("AE855", proved="composition/c/can-start" not in refuted, expected=startable)
     machine = _Machine(composition, skills)
     numbers = {
         number: part.span.start
@@ -417,33 +420,44 @@ def _compare(composition: Composition, skills: dict[str, Skill]) -> None:
     }
     uncovered = {int(id_.split("/")[2][3:]) for id_ in refuted if "/covers" in id_}
     assert {numbers[number] for number in uncovered} == machine.uncovered
-    RUNS.compare("AE857", proved=not uncovered, expected=not machine.uncovered)
+    mix.compare("AE857", proved=not uncovered, expected=not machine.uncovered)
     unready = {id_.removeprefix("composition/c/").split("/ready")[0] for id_ in refuted if "/ready" in id_}
     assert unready == machine.unready
-    RUNS.compare("AE851", proved=not unready, expected=not machine.unready)
+    mix.compare("AE851", proved=not unready, expected=not machine.unready)
     if startable:
         names = {step.id for step in steps_of(composition.body)}
         names |= {f"handler/{name}" for name in composition.handlers}
         never = {id_.split("/", 2)[2].removesuffix("/reachable") for id_ in refuted if "/reachable" in id_}
         assert never == names - machine.started
-        RUNS.compare("AE855", proved=not never, expected=names <= machine.started)
+        mix.compare("AE855", proved=not never, expected=names <= machine.started)
         parts = [one for one in walk_parts(composition.body) if isinstance(one, StoppablePart)]
         failing = {int(id_.split("/")[2][5:]) for id_ in refuted if id_.endswith("/can-succeed")}
         spans = {one.span.start for one in parts}
         assert {parts[number - 1].span.start for number in failing} == spans - machine.succeeded
         if parts:
-            RUNS.compare("AE863", proved=not failing, expected=spans <= machine.succeeded)
+            mix.compare("AE863", proved=not failing, expected=spans <= machine.succeeded)
 
 
 def test_a_composition_is_refused_exactly_where_some_run_goes_wrong() -> None:
     _composition_is_judged()
-    RUNS.assert_both("AE851", "AE855", "AE857", "AE860", "AE863")
+    RUNS.assert_both("AE851", "AE855", "AE857", "AE860")
 
 
 @bounded
 @given(_compositions(), _skills())
 def _composition_is_judged(composition: Composition, skills: dict[str, Skill]) -> None:
-    _compare(composition, skills)
+    _compare(composition, skills, RUNS)
+
+
+def test_parts_that_may_be_stopped_are_judged_by_all_their_runs() -> None:
+    _stoppable_parts_are_judged()
+    assert min(STOPS.count("AE851"), STOPS.count("AE855"), STOPS.count("AE863")) > 4
+
+
+@bounded
+@given(_compositions(has_stops=True), _skills())
+def _stoppable_parts_are_judged(composition: Composition, skills: dict[str, Skill]) -> None:
+    _compare(composition, skills, STOPS)
 
 
 def test_an_interface_is_refused_exactly_where_some_start_or_some_success_breaks_it() -> None:
@@ -526,7 +540,7 @@ def _resources_are_judged(composition: Composition, skills: dict[str, Skill]) ->
             case If(then=then, otherwise=otherwise):
                 yield from choices(then)
                 yield from () if otherwise is None else choices(otherwise)
-            case Fallback() | RetriedPart() | FailingPart():
+            case Fallback() | RetriedPart() | StoppablePart() | FailingPart():
                 yield ()
                 body: Part = part
                 for inner in children_of(body):
@@ -688,10 +702,10 @@ def test_a_handler_after_the_last_try_is_noticed(monkeypatch: pytest.MonkeyPatch
     handler = Step("h", "s1", {}, {}, 0, None, None, TEXT.span(1, 2))
     body = Step("step", "s0", {}, {}, 1, "h", None, TEXT.span(2, 3))
     composition = Composition("c", t.Not(Q), TEXT.span(3, 4), body, {"h": handler}, TEXT.span(4, 5))
-    _compare(composition, skills)
+    _compare(composition, skills, RUNS)
     monkeypatch.setattr(symbolic_paths.PathExploration, "_step", always_handled)
     with pytest.raises(AssertionError):
-        _compare(composition, skills)
+        _compare(composition, skills, RUNS)
 
 
 def test_branches_that_wait_for_each_other_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -713,10 +727,10 @@ def test_branches_that_wait_for_each_other_are_noticed(monkeypatch: pytest.Monke
     guarded = If(P, "", second, first, TEXT.span(3, 4))
     body = Par((guarded, third), TEXT.span(4, 5))  # the third starts also where the first fails
     composition = Composition("c", t.TRUE, None, body, {}, TEXT.span(5, 6))
-    _compare(composition, skills)
+    _compare(composition, skills, RUNS)
     monkeypatch.setattr(symbolic_paths.PathExploration, "_par", in_sequence)
     with pytest.raises(AssertionError):
-        _compare(composition, skills)
+        _compare(composition, skills, RUNS)
 
 
 @pytest.mark.deep

@@ -216,8 +216,8 @@ def _is_expected_after_halt(
 ) -> bool:
     """Return True if the state after a halt is one that the proofs cover (`spec.model.hold_conditions`).
 
-    That is the state before, or one with the effects of an outcome; variables that a condition reads which was
-    held are free.
+    That is the state before, or one with the effects of an outcome; what a condition reads that was held is
+    free.
     """
     conditions = [one for one in (skill.hold_condition, *held) if one is not None]
     read = {name: one for clause in conditions for name, one in t.variables_of(clause.term).items()}

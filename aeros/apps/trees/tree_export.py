@@ -121,6 +121,9 @@ class _Writer:
                 held = _child(parent, "ReactiveSequence")
                 _condition(held, condition.text)
                 self.add(held, one)
+                for child in held:  # BehaviorTree.CPP reads no other form here
+                    if child.tag in ("Action", "Condition"):
+                        child.tag = child.attrib.pop("ID")
             case TimedPart(part=one, timeout=timeout):
                 milliseconds = timeout * 1000
                 if milliseconds.denominator != 1:

@@ -7,36 +7,30 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, Final
 
 from aeros.spec.declared import composition as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.elaborate.expressions import elaborate_expression, elaborate_quantity
-from aeros.spec.elaborate.module.action_conditions import elaborate_action_condition
+from aeros.spec.elaborate.expressions import elaborate_expression
 from aeros.spec.elaborate.module.callables import CallableNames
+from aeros.spec.elaborate.module.stoppable_parts import elaborate_stoppable_part, first_line_span
 from aeros.spec.elaborate.module.tasks import NEEDS_RETRY
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.values import elaborate_value
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.units import TIME
 from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step, nested
 from aeros.spec.model.ecm import Skill
-from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combinations
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import (
     FailingPart,
     Fallback,
-    HeldPart,
     If,
     Par,
     RetriedPart,
     Seq,
-    StoppablePart,
-    TimedPart,
     steps_of,
 )
 from aeros.spec.text.fields import ChoiceField, ExpressionField, IntegerField, MappingField, TextField
@@ -210,7 +204,7 @@ class _Elaborator:
         body = self._part(one.do)
         if body is not None and not any(steps_of(body)):
             self._diagnostics.error(
-                "AE112", "a composition has at least one step", _first_line_span(one.do.span)
+                "AE112", "a composition has at least one step", first_line_span(one.do.span)
             )
         if body is None or len(self._diagnostics) > before:
             return None
@@ -244,11 +238,11 @@ class _Elaborator:
             listed = ", ".join(f"`{one}`" for one in _FORMS[:-1])
             self._report(
                 f"a part has exactly one of {listed} and `{_FORMS[-1]}`; found {found}",
-                _first_line_span(part.span),
+                first_line_span(part.span),
             )
             return None
         for headline in _misplaced_fields(part, forms[0]):
-            self._report(headline, _first_line_span(part.span))
+            self._report(headline, first_line_span(part.span))
         around = self._around
         if part.retry is not None and part.skill is None:
             self._around = "the `retry` around it tries again"
@@ -276,12 +270,13 @@ class _Elaborator:
         if part.if_ is not None:
             return self._if(part, part.if_)
         if part.hold is not None or part.timeout is not None:
-            return self._stoppable(part)
+            self._check_stop(part, f"this `{'timeout' if part.hold is None else 'hold'}`")
+            return elaborate_stoppable_part(part, self._part, self._site, self._diagnostics)
         if part.check is not None:
             term = elaborate_expression(part.check, state_scope(self._site), self._diagnostics)
             text, span = part.check.value, part.check.span
             return None if term is None else If(term, text, Seq(()), FailingPart(text, span), span)
-        span = _first_line_span(part.span)
+        span = first_line_span(part.span)
         if part.tolerate is not None:
             tolerated = self._part_that_may_fail(part.tolerate, "the `tolerate` around it goes on")
             return None if tolerated is None else Fallback((tolerated, Seq(())), span)
@@ -307,44 +302,6 @@ class _Elaborator:
             if not any(steps_of(one)):
                 self._diagnostics.error("AE112", "a branch of a `par` has at least one step", span)
         return Par(parts, span)
-
-    def _stoppable(self, part: declared.Part) -> StoppablePart[Step] | None:
-        """Build a part that runs under a condition or within a time."""
-        span = _first_line_span(part.span)
-        form = "timeout" if part.hold is None else "hold"
-        if part.on_failure is not None and part.on_failure.value != STOP_ON_FAILURE:
-            headline = (
-                f"a `{form}` has no handler: `on_failure` is `stop` or absent; put it into `any` instead"
-            )
-            self._report(headline, part.on_failure.span)
-        self._check_stop(part, f"this `{form}`")
-        stops = part.on_failure is not None
-        limit = self._time_limit(part.timeout)
-        hold = None
-        if part.hold is not None:
-            hold = elaborate_action_condition(part.hold, state_scope(self._site), self._diagnostics)
-            if hold is not None and count_combinations(hold) > MAX_COMBINATIONS:
-                headline = f"`hold` reads predicates with more than {MAX_COMBINATIONS} combinations of values"
-                self._diagnostics.error(
-                    "AE111", headline, hold.span, help=("use fewer predicates in `hold`",)
-                )
-        if part.part is None:
-            self._report(f"a `{form}` needs a `part`, which runs meanwhile", span)
-            return None
-        inner = self._part(part.part)
-        if inner is None:
-            return None
-        if not any(steps_of(inner)):
-            self._diagnostics.error("AE112", f"the `part` of a `{form}` has at least one step", span)
-        if hold is not None:
-            return HeldPart(inner, hold.span, stops, hold)
-        return None if limit is None or part.timeout is None else TimedPart(inner, span, stops, limit)
-
-    def _time_limit(self, text: TextField | None) -> Fraction | None:
-        limit = None if text is None else elaborate_quantity(text, TIME, self._diagnostics)
-        if limit is not None and text is not None and limit <= 0:
-            self._diagnostics.error("AE129", "a timeout must be above 0 s", text.span)
-        return limit
 
     def _check_stop(self, part: declared.Part, name: str) -> None:
         """Report a part that stops the composition, although something goes on after its failure."""
@@ -477,9 +434,3 @@ def _misplaced_fields(part: declared.Part, form: str) -> Iterator[str]:
         yield "`part` belongs to a `hold` or a `timeout`"
     if form != "if" and (part.then is not None or part.else_ is not None):
         yield "`then` and `else` belong to an `if`"
-
-
-def _first_line_span(span: SourceSpan) -> SourceSpan:
-    """Return the first line of a span, which is underlined for a whole part."""
-    end = span.source.text.find("\n", span.start, span.end)
-    return span if end < 0 else SourceSpan(span.source, span.start, end)
