@@ -33,7 +33,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping, Sequence
 from functools import partial
 from math import inf
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from aeros.agent.execution.alternatives import run_alternatives
 from aeros.agent.execution.attempt import AttemptResult, RunningAttempt
@@ -68,6 +68,8 @@ _AFTER_LAST: Final = 0
 
 _Branch = Generator[None, EndedStep, PlanFailure | None]
 """Rest of a part's execution; returns None once the part is done, else the failure that ended it."""
+
+_Scope: TypeAlias = StopScope
 
 
 class PlanExecutor:
@@ -123,7 +125,7 @@ class PlanExecutor:
 
     # Parts.
 
-    def _run_part(self, part: Part, scope: StopScope, path: StepPath, role: StepRole) -> _Branch:
+    def _run_part(self, part: Part, scope: _Scope, path: StepPath, role: StepRole) -> _Branch:
         """Run a part; `role` is that of the first try of each of its steps."""
         match part:
             case PlanStep():
@@ -143,16 +145,14 @@ class PlanExecutor:
             case FailingPart(text=text):
                 return self._fail_at_once(text)
 
-    def _run_sequence(
-        self, parts: tuple[Part, ...], scope: StopScope, at: StepPath, role: StepRole
-    ) -> _Branch:
+    def _run_sequence(self, parts: tuple[Part, ...], scope: _Scope, at: StepPath, role: StepRole) -> _Branch:
         for number, part in enumerate(parts):
             end = yield from self._run_part(part, scope, (*at, number), role)
             if end is not None:
                 return end
         return None
 
-    def _run_conditional(self, part: If[PlanStep], scope: StopScope, at: StepPath, role: StepRole) -> _Branch:
+    def _run_conditional(self, part: If[PlanStep], scope: _Scope, at: StepPath, role: StepRole) -> _Branch:
         if self._is_over():
             return None
         holds = self._progress.branch_choices.get(at)
@@ -168,7 +168,7 @@ class PlanExecutor:
         return undecided_failure(part.text, *unmet_with_definitions(world, part.condition, modules))
 
     def _run_alternatives(
-        self, parts: Sequence[tuple[Part, StepRole]], scope: StopScope, at: StepPath
+        self, parts: Sequence[tuple[Part, StepRole]], scope: _Scope, at: StepPath
     ) -> _Branch:
         starts = [
             partial(self._run_part, part, scope, (*at, number), role)
@@ -181,7 +181,7 @@ class PlanExecutor:
         return None if self._is_over() else PlanFailure(f"`{text}` is not met", is_declared=True)
 
     def _run_stoppable(
-        self, part: StoppablePart[PlanStep], scope: StopScope, at: StepPath, role: StepRole
+        self, part: StoppablePart[PlanStep], scope: _Scope, at: StepPath, role: StepRole
     ) -> _Branch:
         inner = StopScope(scope, cancel_reason=scope.cancel_reason)
         failure = self._stops.begin(part, inner, at, self._progress)
@@ -192,9 +192,7 @@ class PlanExecutor:
             self._progress.mark_done(at)
         return failure
 
-    def _run_parallel(
-        self, parts: tuple[Part, ...], scope: StopScope, at: StepPath, role: StepRole
-    ) -> _Branch:
+    def _run_parallel(self, parts: tuple[Part, ...], scope: _Scope, at: StepPath, role: StepRole) -> _Branch:
         inner = StopScope(scope, cancel_reason=scope.cancel_reason)
         scope.children.append(inner)
         running = [self._run_part(part, inner, (*at, number), role) for number, part in enumerate(parts)]
@@ -216,7 +214,7 @@ class PlanExecutor:
 
     # Steps.
 
-    def _run_step(self, step: PlanStep, scope: StopScope, at: StepPath, role: StepRole) -> _Branch:
+    def _run_step(self, step: PlanStep, scope: _Scope, at: StepPath, role: StepRole) -> _Branch:
         if self._progress.is_done(at):
             self._store_outputs(step, self._progress.last_result(at))
             return None
@@ -228,7 +226,7 @@ class PlanExecutor:
             return None
         return (yield from self._run_attempt(role, step, scope, at))
 
-    def _run_attempt(self, role: StepRole, step: PlanStep, scope: StopScope, at: StepPath) -> _Branch:
+    def _run_attempt(self, role: StepRole, step: PlanStep, scope: _Scope, at: StepPath) -> _Branch:
         attempt = self._progress.last_result(at)
         if attempt is None or self._progress.alternative(at):
             attempt = yield from self._invoke(role, step, scope, at)
@@ -256,21 +254,21 @@ class PlanExecutor:
         failure = failure_of_attempt(step, attempt, self.denied)
         return (yield from self._fail(step, failure, scope, at)) if has_failed else failure
 
-    def _fail(self, step: PlanStep, failure: PlanFailure, scope: StopScope, at: StepPath) -> _Branch:
+    def _fail(self, step: PlanStep, failure: PlanFailure, scope: _Scope, at: StepPath) -> _Branch:
         """Run what follows the last attempt of a step; return the failure of the step."""
         if not failure.is_declared or self._is_over():
             return failure
         end = yield from self._run_recovery(step.on_failure, scope, (*at, _AFTER_LAST))
         return failure if end is None or end.is_declared else end
 
-    def _run_recovery(self, recovery: PlanStep | None, scope: StopScope, at: StepPath) -> _Branch:
+    def _run_recovery(self, recovery: PlanStep | None, scope: _Scope, at: StepPath) -> _Branch:
         """Run a recovery, if there is one that was not run yet."""
         if recovery is None or self._progress.is_done(at):
             return None
         return (yield from self._run_attempt(StepRole.RECOVERY, recovery, scope, at))
 
     def _invoke(
-        self, role: StepRole, step: PlanStep, scope: StopScope, at: StepPath
+        self, role: StepRole, step: PlanStep, scope: _Scope, at: StepPath
     ) -> Generator[None, EndedStep, AttemptResult]:
         self._stops.before_step(scope)
         if scope.cancel_reason is not None:
@@ -301,7 +299,7 @@ class PlanExecutor:
                 return attempt
 
     def _run_composition(
-        self, role: StepRole, step: PlanStep, scope: StopScope, at: StepPath
+        self, role: StepRole, step: PlanStep, scope: _Scope, at: StepPath
     ) -> Generator[None, EndedStep, AttemptResult]:
         """Run the composition that was chosen for a step, or what is left of it, as one attempt."""
         count, chosen = self._progress.attempt_count(at), self._progress.alternative(at)

@@ -224,15 +224,12 @@ class LeafBinder:
             case "Inverter":
                 inner = self.condition(node.children[0])
                 return None if inner is None else f"not ({inner})"
-            case tag if tag in (*SEQUENCES, *FALLBACKS, *REACTIVE):
+            case tag if tag in (*SEQUENCES, *FALLBACKS, *REACTIVE) or _is_conjunction(node):
                 parts = [self.condition(one) for one in node.children]
                 known = [one for one in parts if one is not None]
-                is_sequence = tag in (*SEQUENCES, "ReactiveSequence")
-                return (
-                    joined_condition(known, "and" if is_sequence else "or")
-                    if len(known) == len(parts)
-                    else None
-                )
+                is_fallback = tag in (*FALLBACKS, "ReactiveFallback")
+                joined = joined_condition(known, "or" if is_fallback else "and") if known else ""
+                return joined if len(known) == len(parts) else None
         if self.kind(node) != "Condition" or self.fault(node):
             return None
         return self._expression(node)
@@ -285,6 +282,10 @@ def joined_condition(conditions: Sequence[str], word: str) -> str:
     """
     joined = f" {word} ".join(f"({one})" for one in conditions)
     return conditions[0] if len(conditions) == 1 else joined
+
+
+def _is_conjunction(node: TreeNode) -> bool:
+    return node.tag == "WhileDoElse" and len(node.children) == 2
 
 
 def blackboard_entry(value: str) -> str | None:

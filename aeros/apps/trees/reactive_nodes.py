@@ -1,4 +1,4 @@
-"""Reactive nodes of BehaviorTree.CPP: conditions that are decided at every tick while one other child runs."""
+"""Reactive nodes of BehaviorTree.CPP: conditions are decided at every tick while one other child runs."""
 
 from __future__ import annotations
 
@@ -78,8 +78,8 @@ def reactive_form(node: TreeNode, conditions: Sequence[str | None]) -> ReactiveF
             return "it may change between its children without a bound; a composition ends"
     if len(others) > 1:
         return (
-            "it runs its children again from the first while a later one runs; at most one of them may be more "
-            "than a condition on the state"
+            "it runs its children again from the first while a later one runs; at most one of them may be "
+            "more than a condition on the state"
         )
     first = others[0]
     known = [one or "" for one in conditions]

@@ -245,9 +245,8 @@ class _Importer:
         if isinstance(found, str):
             return self._refuse_with_children(node, place, found)
         self._report(node, "", found.note)
-        for child in node.children:
-            for one in _within(child) if child is not found.child else ():
-                self._report(one, "", "part of the condition")
+        for one in (one for child in node.children if child is not found.child for one in _within(child)):
+            self._report(one, "", "part of the condition")
         inside = replace(place, goes_on=True) if found.goes_on else place
         part = self.part(found.child, inside)
         return None if part is None else found.part(part, stops=not inside.goes_on)
