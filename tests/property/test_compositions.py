@@ -17,6 +17,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aeros.agent.planning.compositions import composition_to_graph
+from aeros.agent.planning.task_graph import verify_plan
 from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
@@ -48,7 +50,7 @@ from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.interfaces import interface_obligations
 from aeros.spec.obligations.joint import joint_policy_obligations
 from aeros.spec.obligations.obligation import Obligation
-from aeros.spec.obligations.verdicts import Verdict
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from aeros.spec.verification.discharge import discharge_obligations
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
@@ -401,7 +403,7 @@ def _refuted(module: Ecm, site: Site) -> tuple[set[str], set[str]]:
     return set(found), {id_ for id_, verdict in found.items() if verdict is not Verdict.PROVED}
 
 
-RUNS, STOPS, RESOURCES, PAIRS, INTERFACES = Mix(), Mix(), Mix(), Mix(), Mix()
+RUNS, STOPS, SIZES, RESOURCES, PAIRS, INTERFACES = Mix(), Mix(), Mix(), Mix(), Mix(), Mix()
 
 
 def _compare(composition: Composition, skills: dict[str, Skill], mix: Mix) -> None:
@@ -458,6 +460,37 @@ def test_parts_that_may_be_stopped_are_judged_by_all_their_runs() -> None:
 @given(_compositions(has_stops=True), _skills())
 def _stoppable_parts_are_judged(composition: Composition, skills: dict[str, Skill]) -> None:
     _compare(composition, skills, STOPS)
+
+
+@examples(60, report_multiple_bugs=False)
+@given(st.integers(96, 104), st.integers(15, 24), st.integers(0, 2), st.integers(0, 4), st.booleans())
+def _sizes_are_judged(steps: int, depth: int, tries: int, handlers: int, is_deep: bool) -> None:
+    spans = (TEXT.span(number, number + 1) for number in range(1000))
+    names = [f"h{number}" for number in range(handlers)]
+    chain = {
+        name: Step(name, "s0", {}, {}, 0, None, following, next(spans))
+        for name, following in zip(names, [*names[1:], None][: len(names)], strict=True)
+    }
+    first = names[0] if names else "stop"
+    last = [Step(f"s{n}", "s0", {}, {}, 0, None, first, next(spans)) for n in range(1 if is_deep else steps)]
+    body: Part = Seq(tuple(last))
+    for _ in range(depth - 1 if is_deep else 0):
+        body = TimedPart(body, next(spans), True, Fraction(1))
+    for _ in range(0 if is_deep else tries):
+        body = RetriedPart(body, 2, next(spans))
+    composition = Composition("c", t.TRUE, None, body, chain, next(spans))
+    skill = _skill("s0", None, [Outcome("done", {}, False, None, None)])
+    module = _module({"s0": skill}, composition)
+    found = {str(one.id): one for one in composition_obligations(module, _site())}
+    claim = found["composition/c/fits-plan"]
+    assert isinstance(claim, StaticClaim)
+    refused = verify_plan(composition_to_graph(composition, "module"), {"module": module}, _site())
+    SIZES.compare("AE864", proved=claim.diagnostic is None, expected=refused == [])
+
+
+def test_a_composition_is_too_large_exactly_where_the_agent_refuses_it() -> None:
+    _sizes_are_judged()
+    SIZES.assert_both("AE864")
 
 
 def test_an_interface_is_refused_exactly_where_some_start_or_some_success_breaks_it() -> None:
