@@ -36,6 +36,7 @@ class _Attempts:
     def __init__(self, ask: DecideBranch, is_timed: bool) -> None:
         self._ask = ask
         self._is_timed = is_timed
+        self._moment = "begins"
         self.now = 0.0
         self.waiting = SimpleNamespace(was_cancelled=False)
         self.world = SimpleNamespace(
@@ -44,7 +45,6 @@ class _Attempts:
         self.audit_head = None
         self.facts = {f"{name}-started": False for name in (*_STEPS, "other")}
         self.facts |= {"unheld": False, "left-running": False}
-        self._moment = "begins"
         self._running = ""
         self._cancelled = False
 
@@ -98,12 +98,13 @@ def _tables(code: ModuleSource, *, is_timed: bool) -> tuple[SymbolicFunction, ..
         return {**attempts.facts, "succeeds": end is None}
 
     names = (*(f"{name}-started" for name in (*_STEPS, "other")), "unheld", "left-running", "succeeds")
-    return tuple(
-        SymbolicFunction(
-            f"part-{name}", "Bool", execute_symbolically(lambda ask, name=name: smt_literal(facts(ask)[name]))
+
+    def table(name: str) -> SymbolicFunction:
+        return SymbolicFunction(
+            f"part-{name}", "Bool", execute_symbolically(lambda ask: smt_literal(facts(ask)[name]))
         )
-        for name in names
-    )
+
+    return tuple(map(table, names))
 
 
 def _claims(begins: str, stops: dict[str, str], clean: dict[str, str]) -> list[str]:

@@ -301,8 +301,8 @@ class _Machine:
                     else:
                         yield ("any", self.begin(others[0]), others[1:]) if others else after, changed
             case ("begin", part, inner):
-                held = isinstance(part, TimedPart) or is_true(part.condition.term, state)
-                yield ("while", part, inner) if held else "stopped", state
+                begins = isinstance(part, TimedPart) or is_true(part.condition.term, state)
+                yield ("while", part, inner) if begins else "stopped", state
             case ("while", part, inner):
                 condition = None if isinstance(part, TimedPart) else part.condition.term
                 yield from self.stopped(condition, state)
@@ -310,8 +310,8 @@ class _Machine:
                     yield from self.stopped(condition, changed)
                     if condition is None or is_true(condition, changed):
                         self.succeeded |= {part.span.start} if after == "done" else set()
-                        ends = after in ("done", "stopped")
-                        yield after if ends else ("while", part, after), changed
+                        is_over = after in ("done", "stopped")
+                        yield after if is_over else ("while", part, after), changed
             case ("fail",):
                 yield "stopped", state
             case ("try", step, name, tries_left):

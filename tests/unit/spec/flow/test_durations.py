@@ -34,6 +34,9 @@ def step(name: str, retry: int = 0, between: str | None = None, last: str | None
 QUICK, SLOW, SILENT = step("quick"), step("slow"), step("silent")
 
 
+BOTH: Part = Seq((QUICK, SLOW))
+
+
 def within(part: Part, seconds: int) -> TimedPart[Step]:
     return TimedPart(part, SPAN, True, Fraction(seconds))
 
@@ -52,7 +55,7 @@ def within(part: Part, seconds: int) -> TimedPart[Step]:
         (Fallback((QUICK, Seq(())), SPAN), 3, 0),
         (If(term("wrapper_aligned"), "", QUICK, SLOW, SPAN), 5, 2),
         (If(term("wrapper_aligned"), "", SLOW, None, SPAN), 5, 5),
-        (RetriedPart(Seq((QUICK, SLOW)), 1, SPAN), 16, 7),
+        (RetriedPart(BOTH, 1, SPAN), 16, 7),
         (within(SILENT, 20), 20, 0),
         (FailingPart("", SPAN), 0, None),
         (Seq((QUICK, FailingPart("", SPAN))), 3, None),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -40,7 +41,8 @@ def test_a_condition_is_held_with_its_text_and_conjuncts(tmp_path: Path) -> None
     assert isinstance(body, HeldPart)
     assert (body.condition.text, body.stops_composition) == ("table_tidy and dirt < 5 %", True)
     assert [one.span.text for one in body.condition.conjuncts] == ["table_tidy", "dirt < 5 %"]
-    assert [one.id for one in steps_of(body)] == ["sweep"]
+    steps: list[Any] = list(steps_of(body))
+    assert [one.id for one in steps] == ["sweep"]
 
 
 def test_a_time_is_read_in_its_unit_and_tries_are_around_it(tmp_path: Path) -> None:
