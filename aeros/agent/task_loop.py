@@ -130,8 +130,7 @@ class TaskLoop:
         task = self._routed.task
         holds = True if errand is None else self._decide(errand)
         reason = self._run_until_goal() if holds is True else _skip(self._journal, errand, holds)
-        skipped = holds is False
-        world = self._attempts.world
+        skipped, world = holds is False, self._attempts.world
         if not skipped and world.truth_by_known_values(task.goal) is not True:
             behind = definition_causes(world, world.unmet_parts(task.goal), self._runtime.active_modules())
             record_unmet_definitions(self._journal, str(self._routed), behind)
@@ -202,7 +201,7 @@ class TaskLoop:
             self._checkpoints.write(self._checkpoint())
 
     def _checkpoint(self, ended: RunReport | None = None) -> TaskCheckpoint:
-        attempts, progress = self._attempts, self._progress
+        attempts, progress, position = self._attempts, self._progress, self._position
         return TaskCheckpoint(
             agent=self._agent,
             instruction=self._instruction,
@@ -227,8 +226,8 @@ class TaskLoop:
             branch_choices=tuple(progress.branch_choices.items()),
             part_starts=tuple(progress.part_starts.items()),
             final_report=ended,
-            errand=self._position.number,
-            earlier_reports=self._position.earlier_reports,
+            errand=position.number,
+            earlier_reports=position.earlier_reports,
         )
 
     def _run_until_goal(self) -> str | None:

@@ -37,8 +37,7 @@ class _Attempts:
         self._ask = ask
         self._is_timed = is_timed
         self._moment = "begins"
-        self.now = 0.0
-        self.waiting = SimpleNamespace(was_cancelled=False)
+        self.waiting = SimpleNamespace(was_cancelled=False, now=0.0)
         self.world = SimpleNamespace(
             evaluate=lambda _: ask(self._moment), unmet_reason=lambda _: "", predicates={}
         )
@@ -61,9 +60,9 @@ class _Attempts:
     def wait(self, until: float) -> Any:
         name = self._running
         if name in _STEPS and self._is_timed and not self._cancelled and self._ask(f"{name}-lasts"):
-            self.now = until
+            self.waiting.now = until
             return None
-        self.facts["left-running"] |= name in _STEPS and self.now >= _TIME and not self._cancelled
+        self.facts["left-running"] |= name in _STEPS and self.waiting.now >= _TIME and not self._cancelled
         lost = name in _STEPS and not self._is_timed and self._ask(f"{name}-lost")
         stopped = lost or self._cancelled
         status = StepStatus.CANCELLED if stopped else StepStatus.FINISHED

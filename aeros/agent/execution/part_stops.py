@@ -192,7 +192,7 @@ class PartStops:
         if isinstance(part, HeldPart):
             scope.condition = part.condition
         elif isinstance(part, TimedPart):
-            scope.deadline = progress.begin_part(at, self._attempts.now) + float(part.timeout)
+            scope.deadline = progress.begin_part(at, self._attempts.waiting.now) + float(part.timeout)
         if scope.cancel_reason is None and scope.is_due_to_stop(self._holds, self._is_due):
             return self._failure(scope)
         return None
@@ -236,7 +236,7 @@ class PartStops:
             ended = self._attempts.wait(min([until, *(one.deadline for one in timed)]))
             if ended is not None or waiting.was_cancelled is not was_cancelled:
                 return ended
-            now = self._attempts.now
+            now = self._attempts.waiting.now
             if now >= until or not timed:
                 return None
             for one in timed:
@@ -267,7 +267,7 @@ class PartStops:
         return self._attempts.world.evaluate(condition.term) is True
 
     def _is_due(self, deadline: float) -> bool:
-        return self._attempts.now >= deadline
+        return self._attempts.waiting.now >= deadline
 
     def _is_past(self, deadline: float) -> bool:
-        return self._attempts.now > deadline
+        return self._attempts.waiting.now > deadline

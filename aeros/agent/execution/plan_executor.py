@@ -93,10 +93,9 @@ class PlanExecutor:
         self._is_over = is_goal_reached
         self._stops = PartStops(attempts, is_goal_reached)
         self.until = deadline
-        self.denied: set[str] = set()
+        self.timed_out, self.denied = False, set[str]()
         self._progress = PlanProgress()
         self._outputs: dict[str, Mapping[str, Any]] = {}
-        self.timed_out = False
 
     def run(self, part: Part, progress: PlanProgress | None = None) -> PlanFailure | None:
         """Execute a plan until it is done, fails, or the goal is reached.

@@ -108,11 +108,6 @@ class StepRunner:
             self.planned_in.append(world.predicates)
         return world
 
-    @property
-    def now(self) -> float:
-        """Plant time, s."""
-        return self._runtime.now()
-
     def has_planned_in_current_state(self) -> bool:
         """Compare the measured predicates with those in which earlier plans of this run were made.
 
@@ -225,10 +220,8 @@ class StepRunner:
         request = dispatch.request
         ended = self._runtime.now()
         after = self.observe()
-        judgement = assess_step(
-            *(request.module, dispatch.skill, result, after, pending.episode_start.before),
-            held=request.held,
-        )
+        before = pending.episode_start.before
+        judgement = assess_step(request.module, dispatch.skill, result, after, before, request.held)
         self.planning_memory.note(after)
         causes = causes_to_json(judgement.causes)
         self._failures += judgement.causes
@@ -248,7 +241,7 @@ class StepRunner:
         if judgement.is_undeclared:
             record_broken_assumption(
                 *(self._journal, self._runtime, dispatch, result, judgement),
-                before=pending.episode_start.before,
+                before=before,
                 after=after,
                 ends_run=stops,
             )

@@ -113,7 +113,69 @@ class HandlerCycleError(StateSpaceError):
         self.composition = composition
 
 
-class ComposedRun:
+class _SkillRuns:
+    """Runs of single skills on the way of a composition, and what they leave of the parts around them.
+
+    Args:
+        invoke: makes the invocation of a skill by its name, with constant inputs.
+        is_over: tells whether the goal is reached, after which nothing more starts.
+    """
+
+    def __init__(
+        self,
+        invoke: Callable[[str, Mapping[str, object]], Invocation],
+        is_over: Callable[[State], bool],
+    ) -> None:
+        self._invoke = invoke
+        self._is_over = is_over
+        self._invocations: dict[int, list[Invocation]] = {}
+        self._stops: list[set[State]] = []
+        self._held: list[tuple[StateCondition, Weights]] = []
+        self._through: set[State] = set()
+        self._starts: set[State] = set()
+
+    def _still_held(self, ends: Weights) -> Weights:
+        """Keep the states in which all conditions around hold, or the goal is reached."""
+        for holds, unheld in self._held:
+            broken = {one: weight for one, weight in ends.items() if not (self._is_over(one) or holds(one))}
+            _add(unheld, broken)
+            ends = {one: weight for one, weight in ends.items() if one not in broken}
+        return ends
+
+    def _try(self, step: Step, before: Weights, role: Role, done: Weights, unable: Weights) -> Weights:
+        """Add the states after a success to `done`; return those after a failure."""
+        failing: Weights = {}
+        succeeded: Weights = {}
+        for state, weight in before.items():
+            able = [one for one in self._invocations_of(step) if one.can_start(state)]
+            if self._is_over(state):
+                _add(done, {state: weight})
+            elif not able:
+                _add(unable, {state: weight})
+            if able:
+                self._starts.add(state)
+            for one in able if not self._is_over(state) else ():
+                for stops in self._stops:
+                    stops.update(one.stopped(state))
+                for after, outcome, share in one.after(state):
+                    self._pass(after)
+                    ended = weight.submitted(role).scaled(share / len(able))
+                    _add(failing if outcome.failure else succeeded, {after: ended})
+        _add(done, self._still_held(succeeded))
+        return self._still_held(failing)
+
+    def _invocations_of(self, step: Step) -> list[Invocation]:
+        if id(step) not in self._invocations:
+            self._invocations[id(step)] = [self._invoke(name, step.inputs) for name in step.runs]
+        return self._invocations[id(step)]
+
+    def _pass(self, state: State) -> None:
+        self._through.add(state)
+        if len(self._through) > MAX_STATES:
+            raise RunTooLargeError
+
+
+class ComposedRun(_SkillRuns):
     """Runs of one composition.
 
     Args:
@@ -150,20 +212,14 @@ class ComposedRun:
     ) -> None:
         if handler_cycle(composition):
             raise HandlerCycleError(composition)
+        super().__init__(invoke, is_over)
         self._composition = composition
-        self._invoke = invoke
         self._condition = condition
-        self._is_over = is_over
         self._stop = stop
         self._is_late = is_late
         self._uncertain = dict(uncertain)
-        self._invocations: dict[int, list[Invocation]] = {}
         self._conditions: dict[int, StateCondition] = {}
         self._losses: dict[int, Invocation] = {}
-        self._stops: list[set[State]] = []
-        self._held: list[tuple[StateCondition, Weights]] = []
-        self._through: set[State] = set()
-        self._starts: set[State] = set()
         self._may_go_on = False
         self.is_exact = True
         self.is_success_known = True
@@ -281,14 +337,6 @@ class ComposedRun:
                 _add(failed, {after: NOTHING})
         return done
 
-    def _still_held(self, ends: Weights) -> Weights:
-        """Keep the states in which all conditions around hold, or the goal is reached."""
-        for holds, unheld in self._held:
-            broken = {one: weight for one, weight in ends.items() if not (self._is_over(one) or holds(one))}
-            _add(unheld, broken)
-            ends = {one: weight for one, weight in ends.items() if one not in broken}
-        return ends
-
     def _par(self, part: Par[Step], before: Weights, role: Role, failed: Weights) -> Weights:
         done: Weights = {}
         around, failing = self._held, dict[State, Weight]()
@@ -361,38 +409,6 @@ class ComposedRun:
         else:
             _add(failed, lost)
         return done
-
-    def _try(self, step: Step, before: Weights, role: Role, done: Weights, unable: Weights) -> Weights:
-        """Add the states after a success to `done`; return those after a failure."""
-        failing: Weights = {}
-        succeeded: Weights = {}
-        for state, weight in before.items():
-            able = [one for one in self._invocations_of(step) if one.can_start(state)]
-            if self._is_over(state):
-                _add(done, {state: weight})
-            elif not able:
-                _add(unable, {state: weight})
-            if able:
-                self._starts.add(state)
-            for one in able if not self._is_over(state) else ():
-                for stops in self._stops:
-                    stops.update(one.stopped(state))
-                for after, outcome, share in one.after(state):
-                    self._pass(after)
-                    ended = weight.submitted(role).scaled(share / len(able))
-                    _add(failing if outcome.failure else succeeded, {after: ended})
-        _add(done, self._still_held(succeeded))
-        return self._still_held(failing)
-
-    def _invocations_of(self, step: Step) -> list[Invocation]:
-        if id(step) not in self._invocations:
-            self._invocations[id(step)] = [self._invoke(name, step.inputs) for name in step.runs]
-        return self._invocations[id(step)]
-
-    def _pass(self, state: State) -> None:
-        self._through.add(state)
-        if len(self._through) > MAX_STATES:
-            raise RunTooLargeError
 
 
 def _is_decided(state: State, unknown: Sequence[int], holds: StateCondition) -> bool:

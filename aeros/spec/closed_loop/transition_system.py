@@ -21,27 +21,24 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from itertools import product
 from typing import Any, Final, Literal, TypeAlias
 
 from aeros.spec.closed_loop.composed_run import ComposedRun, Role, RunTooLargeError
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition, UnsettledError
+from aeros.spec.closed_loop.loop_stops import stop_in_loop
 from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError, recoveries_of, skills_of
 from aeros.spec.consequences.consequences import (
     known_definitions,
     uncertain_predicates,
     with_consequences,
 )
-from aeros.spec.consequences.stopped_parts import parallel_skills, stop_of_part
+from aeros.spec.consequences.durations import may_be_late
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import IntegerType
-from aeros.spec.flow.durations import may_be_late
-from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Skill, Task
-from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combinations
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import StoppablePart
 
 MAX_PLAN_STEPS: Final = 100
 """Largest number of steps in an accepted plan; `aeros.agent.planning.task_graph` has the same."""
@@ -116,17 +113,16 @@ class TransitionSystem:
         task: the task.
         variables: the state variables that the loop depends on.
         names: their names, in the order of every state.
+        stop: describes the stop of a part of a composition as a skill that only fails.
     """
 
     def __init__(self, ecm: Ecm, task: Task, site: Site) -> None:
         ecm = with_consequences(ecm, site)
-        self.ecm = ecm
-        self.task = task
-        self._site = site
-        self._definitions = known_definitions(ecm)
+        self.ecm, self.task = ecm, task
         self.variables = LoopVariables(ecm, task, site)
         self.names = tuple(self.variables.variables)
-        self._skills = ecm.callable_skills
+        self._skills, definitions = ecm.callable_skills, known_definitions(ecm)
+        self.stop = partial(stop_in_loop, skills=self._skills, state=site.state, definitions=definitions)
         self._invocations: list[Invocation] = []
         settable = {
             name for skill in skills_of(ecm, task) for one in skill.outcomes.values() for name in one.effects
@@ -139,7 +135,7 @@ class TransitionSystem:
         self._looked_up = [(index, place) for index, place in enumerate(places) if place is not None]
         self._decided = [index for index, place in enumerate(places) if place is None]
         self._settable = settable
-        uncertain = uncertain_predicates(self._definitions)
+        uncertain = uncertain_predicates(definitions)
         self._uncertain = {name: place for place, name in enumerate(self.names) if name in uncertain}
         self._steps = [[self._way(one, rule) for one in ecm.alternatives(rule.skill)] for rule in task.rules]
         self._providers = [ecm.providers(rule.skill) for rule in task.rules]
@@ -169,40 +165,7 @@ class TransitionSystem:
     @property
     def inexact_reason(self) -> str:
         """Reason that the probability of a move explored so far is not known; empty if all are known."""
-        unsettled = (one.unsettled for one in self._invocations if one.unsettled)
-        composed = [way for ways in self._steps for way in ways if isinstance(way, _ComposedWay)]
-        if not all(way.run.is_exact for way in composed):
-            return "which of several steps fails first depends on how long they take"
-        if any(way.run.is_open for way in composed):
-            return "a part may be stopped in its midst, which depends on how long its steps take"
-        return next(unsettled, "")
-
-    def stop(self, part: StoppablePart[Step], composition: Composition) -> Skill:
-        """Describe the stop of a part as a skill that only fails.
-
-        Args:
-            part: a part of the composition.
-            composition: the composition.
-
-        Returns:
-            The skill.
-
-        Raises:
-            StateSpaceError: too much is open after the stop.
-        """
-        handlers, state = composition.handlers, self._site.state
-        stop = stop_of_part(part, handlers, self._skills, state, self._definitions)
-        numbers = {
-            name
-            for one in parallel_skills(part, handlers, self._skills)
-            for outcome in one.outcomes.values()
-            for name in outcome.effects
-            if isinstance(state[name].variable.type, IntegerType)
-        }
-        many = stop.hold_condition is not None and count_combinations(stop.hold_condition) > MAX_COMBINATIONS
-        if numbers or many:
-            raise StateSpaceError(f"a part of `{composition.id}` that may be stopped leaves too much open")
-        return stop
+        return _inexact_reason(self._invocations, [way for ways in self._steps for way in ways])
 
     def _invocation(self, skill: str, inputs: Mapping[str, Any]) -> Invocation:
         made = self._invocation_of(self._skills[skill], inputs)
@@ -231,8 +194,7 @@ class TransitionSystem:
             lambda part: may_be_late(part, composition.handlers, self._skills),
             self._uncertain,
         )
-        precondition = self.condition(composition.precondition)
-        return _ComposedWay(alternative.name, precondition, run)
+        return _ComposedWay(alternative.name, self.condition(composition.precondition), run)
 
     def blocked_step(self, node: LoopState) -> tuple[PlanningRule, str] | None:
         """Find a skill that is due for its first try and cannot start.
@@ -479,3 +441,12 @@ def _is_cyclic(edges: list[tuple[str, str]]) -> bool:
     except CycleError:
         return True
     return False
+
+
+def _inexact_reason(invocations: Sequence[Invocation], ways: Sequence[_Way]) -> str:
+    runs = [way.run for way in ways if isinstance(way, _ComposedWay)]
+    if not all(run.is_exact for run in runs):
+        return "which of several steps fails first depends on how long they take"
+    if any(run.is_open for run in runs):
+        return "a part may be stopped in its midst, which depends on how long its steps take"
+    return next((one.unsettled for one in invocations if one.unsettled), "")

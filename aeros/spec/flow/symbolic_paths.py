@@ -92,21 +92,8 @@ SymbolicStates = dict[SymbolicState, OutcomeTrace]
 
 
 @dataclass
-class PathExploration:
-    """Exploration of a composition, and the situations met so far.
-
-    Attributes:
-        skills: skills of the module by name.
-        state: state variables of the site by name.
-        handlers: handlers of the composition by name.
-        states_at_steps: by step or `handler/NAME`, the situations in which its skill is about to start.
-        states_at_ifs: by `id` of an `if`, as the same may stand at two places, the situations in which it
-            is decided.
-        states_after_parts: by `id` of a part under `hold` or within `timeout`, those in which it has
-            succeeded.
-        final_states: the situations in which the whole composition has succeeded.
-        definitions: definitions of predicates by full name.
-    """
+class _RunExploration:
+    """Exploration of single runs of skills, of which `PathExploration` makes paths, with their attributes."""
 
     skills: Mapping[str, Skill]
     state: Mapping[str, Declared]
@@ -127,6 +114,124 @@ class PathExploration:
         """Names of the state variables that some skill can set."""
         skills = self.skills.values()
         return frozenset(name for one in skills for o in one.outcomes.values() for name in o.effects)
+
+    def _decide(self, condition: t.Term, before: SymbolicStates) -> tuple[SymbolicStates, SymbolicStates]:
+        """Split situations into those in which a condition holds, and those in which it does not."""
+        then: SymbolicStates = {}
+        otherwise: SymbolicStates = {}
+        for situation, trace in before.items():
+            holds = situation.condition(condition, self.state)
+            for branch, term in ((then, holds), (otherwise, fold_constants(t.Not(holds)))):
+                if term != t.FALSE:
+                    known = SymbolicState(
+                        situation.assignment, situation.path_condition | split_conjunction(term)
+                    )
+                    branch.setdefault(self._forget_measurements(known) if self._depth else known, trace)
+        return then, otherwise
+
+    def _still_held(self, situations: SymbolicStates) -> SymbolicStates:
+        """Keep the situations in which all conditions around hold, and note there that they do."""
+        for term in self._held:
+            situations, _ = self._decide(term, situations)
+        return situations
+
+    def _run(self, step: Step, before: SymbolicStates, done: SymbolicStates) -> SymbolicStates:
+        """Return the situations after a failure; add those after a success to `done`."""
+        failed: SymbolicStates = {}
+        succeeded: SymbolicStates = {}
+        for name in step.runs:
+            skill = self.skills[name]
+            shown = step.id if len(step.runs) == 1 else f"{step.id} by {name}"
+            declared = [one for one in skill.outcomes.values() if one.probability != 0]
+            for outcome in (*declared, *hold_loss_outcomes(skill, self.settable)):
+                for situation, trace in before.items():
+                    after = self._apply_outcome(situation, outcome)
+                    ended = (*trace, f"{shown} → {outcome.id}")
+                    (failed if outcome.failure else succeeded).setdefault(after, ended)
+                    for other in _measured_instead(skill, outcome):
+                        if _may_hold(other, situation, after):
+                            both = {**outcome.effects, **other.effects}
+                            mistaken = self._apply_outcome(situation, _with_effects(outcome, both))
+                            ended = (*trace, f"{shown} → {other.id}")
+                            (failed if other.failure else succeeded).setdefault(mistaken, ended)
+            self._note_stops(skill, before, shown)
+        for stops in self._stops:
+            _merge(stops, {**succeeded, **failed})
+        _merge(done, self._still_held(succeeded))
+        return self._still_held(failed)
+
+    def _note_stops(self, skill: Skill, before: SymbolicStates, shown: str) -> None:
+        """Note the situations in which a run of a skill may be stopped with a part around it."""
+        for outcome in stop_outcomes(skill) if self._stops else ():
+            for situation, trace in before.items():
+                after = self._apply_outcome(situation, outcome)
+                for stops in self._stops:
+                    stops.setdefault(after, (*trace, f"{shown} → {outcome.id}"))
+
+    def _apply_outcome(self, situation: SymbolicState, outcome: Outcome) -> SymbolicState:
+        before = self._forget_measurements(situation, outcome.unsettled)
+        assigned = frozenset(_assigned_after(dict(before.assignment), outcome.known_effects).items())
+        after = SymbolicState(assigned, before.path_condition)
+        return self._forget_measurements(after) if self._depth else after
+
+    def _forget_measurements(
+        self, situation: SymbolicState, unsettled: Collection[str] = ()
+    ) -> SymbolicState:
+        """Rename measurements that are out of date once a skill has run to `NAME@1` and so on."""
+        known = {name: one for term in situation.path_condition for name, one in t.variables_of(term).items()}
+        number = 1 + max((int(name.partition("@")[2]) for name in known if "@" in name), default=0)
+        earlier: dict[str, t.Term] = {
+            name: replace(one, name=f"{name}@{number}")
+            for name, one in known.items()
+            if one.role is t.VariableRole.STATE and (name in unsettled or not self._is_persistent(name))
+        }
+        return SymbolicState(
+            frozenset(
+                (name, value)
+                for name, value in situation.assignment
+                if name not in unsettled and self._is_persistent(name)
+            ),
+            frozenset(t.substitute(term, earlier) for term in situation.path_condition)
+            if earlier
+            else situation.path_condition,
+        )
+
+    def _is_persistent(self, name: str) -> bool:
+        """Tell whether a variable keeps its value between skills.
+
+        Predicates do, whole numbers that some outcome sets, and earlier measurements.
+        """
+        if "@" in name:
+            return True
+        type_ = self.state[name].variable.type
+        return isinstance(type_, BoolType | EnumType) or (
+            isinstance(type_, IntegerType) and (name in self.settable or is_parameter(self.state[name]))
+        )
+
+    def _record_visit(self, name: str, situations: SymbolicStates) -> None:
+        self._count += len(situations)
+        if self._count > MAX_SYMBOLIC_STATES:
+            raise TooManyPathsError
+        if self._is_recording:
+            _merge(self.states_at_steps.setdefault(name, {}), situations)
+
+
+@dataclass
+class PathExploration(_RunExploration):
+    """Exploration of a composition, and the situations met so far.
+
+    Attributes:
+        skills: skills of the module by name.
+        state: state variables of the site by name.
+        handlers: handlers of the composition by name.
+        states_at_steps: by step or `handler/NAME`, the situations in which its skill is about to start.
+        states_at_ifs: by `id` of an `if`, as the same may stand at two places, the situations in which it
+            is decided.
+        states_after_parts: by `id` of a part under `hold` or within `timeout`, those in which it has
+            succeeded.
+        final_states: the situations in which the whole composition has succeeded.
+        definitions: definitions of predicates by full name.
+    """
 
     def execute(self, part: Part, before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
         """Explore a part of the composition and record the situations met in it.
@@ -240,12 +345,6 @@ class PathExploration:
         _merge(failed, self._still_held(ended))
         return self._still_held(kept)
 
-    def _still_held(self, situations: SymbolicStates) -> SymbolicStates:
-        """Keep the situations in which all conditions around hold, and note there that they do."""
-        for term in self._held:
-            situations, _ = self._decide(term, situations)
-        return situations
-
     def _writes(self, branch: Part) -> frozenset[str]:
         """Names of all that the steps of a branch, their handlers included, may set or disturb."""
         steps = [run for one in steps_of(branch) for run in (one, *handlers_of(one, self.handlers))]
@@ -266,20 +365,6 @@ class PathExploration:
         if part.otherwise is not None:
             _merge(after, self.execute(part.otherwise, otherwise, failed))
         return after
-
-    def _decide(self, condition: t.Term, before: SymbolicStates) -> tuple[SymbolicStates, SymbolicStates]:
-        """Split situations into those in which a condition holds, and those in which it does not."""
-        then: SymbolicStates = {}
-        otherwise: SymbolicStates = {}
-        for situation, trace in before.items():
-            holds = situation.condition(condition, self.state)
-            for branch, term in ((then, holds), (otherwise, fold_constants(t.Not(holds)))):
-                if term != t.FALSE:
-                    known = SymbolicState(
-                        situation.assignment, situation.path_condition | split_conjunction(term)
-                    )
-                    branch.setdefault(self._forget_measurements(known) if self._depth else known, trace)
-        return then, otherwise
 
     def _step(self, step: Step, before: SymbolicStates, name: str, failed: SymbolicStates) -> SymbolicStates:
         done: SymbolicStates = {}
@@ -302,86 +387,6 @@ class PathExploration:
             _merge(lost, self._step(handler, before, f"handler/{step.last_handler}", lost))
         _merge(failed, lost)
         return done
-
-    def _run(self, step: Step, before: SymbolicStates, done: SymbolicStates) -> SymbolicStates:
-        """Return the situations after a failure; add those after a success to `done`."""
-        failed: SymbolicStates = {}
-        succeeded: SymbolicStates = {}
-        for name in step.runs:
-            skill = self.skills[name]
-            shown = step.id if len(step.runs) == 1 else f"{step.id} by {name}"
-            declared = [one for one in skill.outcomes.values() if one.probability != 0]
-            for outcome in (*declared, *hold_loss_outcomes(skill, self.settable)):
-                for situation, trace in before.items():
-                    after = self._apply_outcome(situation, outcome)
-                    ended = (*trace, f"{shown} → {outcome.id}")
-                    (failed if outcome.failure else succeeded).setdefault(after, ended)
-                    for other in _measured_instead(skill, outcome):
-                        if _may_hold(other, situation, after):
-                            both = {**outcome.effects, **other.effects}
-                            mistaken = self._apply_outcome(situation, _with_effects(outcome, both))
-                            ended = (*trace, f"{shown} → {other.id}")
-                            (failed if other.failure else succeeded).setdefault(mistaken, ended)
-            self._note_stops(skill, before, shown)
-        for stops in self._stops:
-            _merge(stops, {**succeeded, **failed})
-        _merge(done, self._still_held(succeeded))
-        return self._still_held(failed)
-
-    def _note_stops(self, skill: Skill, before: SymbolicStates, shown: str) -> None:
-        """Note the situations in which a run of a skill may be stopped with a part around it."""
-        for outcome in stop_outcomes(skill) if self._stops else ():
-            for situation, trace in before.items():
-                after = self._apply_outcome(situation, outcome)
-                for stops in self._stops:
-                    stops.setdefault(after, (*trace, f"{shown} → {outcome.id}"))
-
-    def _apply_outcome(self, situation: SymbolicState, outcome: Outcome) -> SymbolicState:
-        before = self._forget_measurements(situation, outcome.unsettled)
-        assigned = frozenset(_assigned_after(dict(before.assignment), outcome.known_effects).items())
-        after = SymbolicState(assigned, before.path_condition)
-        return self._forget_measurements(after) if self._depth else after
-
-    def _forget_measurements(
-        self, situation: SymbolicState, unsettled: Collection[str] = ()
-    ) -> SymbolicState:
-        """Rename measurements that are out of date once a skill has run to `NAME@1` and so on."""
-        known = {name: one for term in situation.path_condition for name, one in t.variables_of(term).items()}
-        number = 1 + max((int(name.partition("@")[2]) for name in known if "@" in name), default=0)
-        earlier: dict[str, t.Term] = {
-            name: replace(one, name=f"{name}@{number}")
-            for name, one in known.items()
-            if one.role is t.VariableRole.STATE and (name in unsettled or not self._is_persistent(name))
-        }
-        return SymbolicState(
-            frozenset(
-                (name, value)
-                for name, value in situation.assignment
-                if name not in unsettled and self._is_persistent(name)
-            ),
-            frozenset(t.substitute(term, earlier) for term in situation.path_condition)
-            if earlier
-            else situation.path_condition,
-        )
-
-    def _is_persistent(self, name: str) -> bool:
-        """Tell whether a variable keeps its value between skills.
-
-        Predicates do, whole numbers that some outcome sets, and earlier measurements.
-        """
-        if "@" in name:
-            return True
-        type_ = self.state[name].variable.type
-        return isinstance(type_, BoolType | EnumType) or (
-            isinstance(type_, IntegerType) and (name in self.settable or is_parameter(self.state[name]))
-        )
-
-    def _record_visit(self, name: str, situations: SymbolicStates) -> None:
-        self._count += len(situations)
-        if self._count > MAX_SYMBOLIC_STATES:
-            raise TooManyPathsError
-        if self._is_recording:
-            _merge(self.states_at_steps.setdefault(name, {}), situations)
 
 
 def _measured_instead(skill: Skill, outcome: Outcome) -> Iterator[Outcome]:

@@ -22,11 +22,11 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 from aeros.spec.consequences.consequences import known_definitions, with_consequences
+from aeros.spec.consequences.durations import shortest_success
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.units import format_number
 from aeros.spec.flow.arguments import step_arguments
-from aeros.spec.flow.durations import shortest_success
 from aeros.spec.flow.symbolic_paths import (
     SymbolicStates,
     TooManyPathsError,

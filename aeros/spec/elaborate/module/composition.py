@@ -15,7 +15,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_expression
 from aeros.spec.elaborate.module.callables import CallableNames
-from aeros.spec.elaborate.module.stoppable_parts import elaborate_stoppable_part, first_line_span
+from aeros.spec.elaborate.module.stoppable_parts import check_stop, elaborate_stoppable_part, first_line_span
 from aeros.spec.elaborate.module.tasks import NEEDS_RETRY
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
@@ -261,7 +261,7 @@ class _Elaborator:
                 part.skill, part.inputs.items, part.retry, part.between_tries, part.on_failure
             )
             composition = self._sole_composition(run)
-            self._check_stop(part, f"`{name.value}`")
+            check_stop(part, f"`{name.value}`", self._around, self._diagnostics)
             if composition is not None:
                 body, handlers = nested(name.value, composition, part.skill.span)
                 self._register_nested(name, [step.id for step in steps_of(body)], handlers)
@@ -270,7 +270,7 @@ class _Elaborator:
         if part.if_ is not None:
             return self._if(part, part.if_)
         if part.hold is not None or part.timeout is not None:
-            self._check_stop(part, f"this `{'timeout' if part.hold is None else 'hold'}`")
+            check_stop(part, "this part", self._around, self._diagnostics)
             return elaborate_stoppable_part(part, self._part, self._site, self._diagnostics)
         if part.check is not None:
             term = elaborate_expression(part.check, state_scope(self._site), self._diagnostics)
@@ -302,12 +302,6 @@ class _Elaborator:
             if not any(steps_of(one)):
                 self._diagnostics.error("AE112", "a branch of a `par` has at least one step", span)
         return Par(parts, span)
-
-    def _check_stop(self, part: declared.Part, name: str) -> None:
-        """Report a part that stops the composition, although something goes on after its failure."""
-        stop = part.on_failure
-        if self._around and stop is not None and stop.value == STOP_ON_FAILURE:
-            self._report(f"{name} cannot stop the composition: {self._around} after its failure", stop.span)
 
     def _part_that_may_fail(self, part: declared.Part, then: str) -> Part | None:
         """Build a part after whose failure something follows, which `then` says."""

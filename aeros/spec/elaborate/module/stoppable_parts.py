@@ -75,6 +75,21 @@ def _time_limit(text: TextField, diagnostics: Diagnostics) -> Fraction | None:
     return limit
 
 
+def check_stop(part: declared.Part, name: str, around: str, diagnostics: Diagnostics) -> None:
+    """Report a part that stops the composition, although something goes on after its failure.
+
+    Args:
+        part: the declared part.
+        name: its name in the message.
+        around: words on what goes on after its failure; empty if nothing does.
+        diagnostics: receives the fault.
+    """
+    stop = part.on_failure
+    if around and stop is not None and stop.value == STOP_ON_FAILURE:
+        headline = f"{name} cannot stop the composition: {around} after its failure"
+        diagnostics.error("AE102", headline, stop.span)
+
+
 def first_line_span(span: SourceSpan) -> SourceSpan:
     """Return the first line of a span, which is underlined for a whole part.
 

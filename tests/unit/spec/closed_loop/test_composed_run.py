@@ -7,9 +7,9 @@ from typing import Any
 
 from aeros.spec.closed_loop.composed_run import ComposedRun, Weights
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
+from aeros.spec.consequences.durations import may_be_late
 from aeros.spec.consequences.stopped_parts import stop_of_part
 from aeros.spec.expr import terms as t
-from aeros.spec.flow.durations import may_be_late
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.ecm import ActionCondition
 from aeros.spec.model.rules import Conjunct

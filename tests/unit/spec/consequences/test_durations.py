@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.spec.flow.durations import longest_duration, may_be_late, shortest_success
+from aeros.spec.consequences.durations import longest_duration, may_be_late, shortest_success
 from aeros.spec.model.composition import Part, Step
 from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, TimedPart
 from tests.unit.agent.dumplings import SPAN, outcome, skill, term
