@@ -23,6 +23,7 @@ from aeros.spec.model.step_graph import (
     Par,
     RetriedPart,
     Seq,
+    StoppablePart,
     TimedPart,
     steps_of,
     walk_parts,
@@ -79,7 +80,7 @@ def _with(part: Part, flows: dict[str, OutputReference]) -> Part:
             return replace(part, parts=tuple(_with(one, flows) for one in inner))
         case RetriedPart(part=one) | TimedPart(part=one):
             return replace(part, part=_with(one, flows))
-        case FailingPart():
+        case FailingPart() | StoppablePart():
             return part
 
 
@@ -264,7 +265,7 @@ def _actuators_are_judged(body: Part, moved: list[frozenset[str]], data: st.Data
                 return replace(part, parts=tuple(map(filled, inner)))
             case RetriedPart(part=one) | TimedPart(part=one):
                 return replace(part, part=filled(one))
-            case FailingPart():
+            case FailingPart() | StoppablePart():
                 return part
 
     body = filled(body)

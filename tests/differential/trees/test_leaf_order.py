@@ -124,7 +124,7 @@ class Trees:
 
     def guard(self) -> str:
         condition = self.pick(CONDITIONS)
-        return self.pick([f"<{condition}/>", f"<Inverter><{condition}/></Inverter>"])
+        return str(self.pick([f"<{condition}/>", f"<Inverter><{condition}/></Inverter>"]))
 
     def reactive(self, tag: str, depth: int) -> str:
         guards = 1 if tag == "WhileDoElse" else self.pick([1, 1, 2, 0])
