@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from types import SimpleNamespace
 from typing import Any, Final, cast
 
@@ -59,7 +60,8 @@ class _Attempts:
 
     def wait(self, until: float) -> Any:
         name = self._running
-        if name in _STEPS and self._is_timed and not self._cancelled and self._ask(f"{name}-lasts"):
+        may_last = name in _STEPS and until < inf and not self._cancelled
+        if may_last and self._ask(f"{name}-lasts"):
             self.waiting.now = until
             return None
         self.facts["left-running"] |= name in _STEPS and self.waiting.now >= _TIME and not self._cancelled
