@@ -173,7 +173,8 @@ class StepRunner:
         record_provider_choice(self._journal, module, skill, dispatch)
         if isinstance(dispatch, ChosenComposition):
             return dispatch
-        dispatch = replace(dispatch, request=replace(dispatch.request, held=held))
+        if held:
+            dispatch = replace(dispatch, request=replace(dispatch.request, held=held))
         request = dispatch.request
         barred = self.bars.reason_not_to_start(request.module, dispatch.skill, request.inputs, self.world)
         if barred is not None:
