@@ -21,7 +21,7 @@ from proofs.composition.alternatives import ALTERNATIVES, PROGRESS
 
 PART_STOPS: Final = "aeros.agent.execution.part_stops"
 PLAN_EXECUTOR: Final = "aeros.agent.execution.plan_executor"
-PLAN_FAILURE: Final = "aeros.agent.execution.plan_failure"
+PLAN_FAILURE: Final = "aeros.agent.plan_failure"
 
 _STEPS: Final = ("first", "second")
 _CONDITION: Final = ActionCondition(
@@ -37,10 +37,10 @@ class _Attempts:
     def __init__(self, ask: DecideBranch, is_timed: bool) -> None:
         self._ask = ask
         self._is_timed = is_timed
-        self._moment = "begins"
+        self._measurement = "begins"
         self.waiting = SimpleNamespace(was_cancelled=False, now=0.0)
         self.world = SimpleNamespace(
-            evaluate=lambda _: ask(self._moment), unmet_reason=lambda _: "", predicates={}
+            evaluate=lambda _: ask(self._measurement), unmet_reason=lambda _: "", predicates={}
         )
         self.audit_head = None
         self.facts = {f"{name}-started": False for name in (*_STEPS, "other")}
@@ -71,7 +71,7 @@ class _Attempts:
         return SimpleNamespace(step=name, result=StepResult(status, "", lost_hold=0 if lost else None))
 
     def finish(self, name: str, result: StepResult) -> AttemptResult:
-        self._moment = f"{name}-holds"
+        self._measurement = f"{name}-holds"
         record = cast("Any", SimpleNamespace(module="m", skill=name, status=result.status))
         if result.status is StepStatus.CANCELLED:
             return AttemptResult(True, "", record=record, is_stop=self._ask(f"{name}-known"))

@@ -337,7 +337,7 @@ class _Machine:
     def stopped(
         self, condition: t.Term | None, state: dict[str, Any]
     ) -> Iterator[tuple[Process, dict[str, Any]]]:
-        """What may be measured after a part was stopped: anything of what its condition reads."""
+        """Yield the states that may be measured after a stop: what the condition reads has any value."""
         read = sorted(t.variables_of(condition)) if condition is not None else []
         for values in itertools.product(*(UNIT if name == "v" else (False, True) for name in read)):
             for measured in UNIT:

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import TYPE_CHECKING
 
-from aeros.agent.execution.plan_failure import PlanFailure
 from aeros.agent.execution.progress import PlanProgress, StepPath
+from aeros.agent.plan_failure import PlanFailure
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.runtime.ports import EndedStep, StepHandle, StepResult
 from aeros.spec.model.ecm import ActionCondition
@@ -112,7 +112,11 @@ class StopScope:
         return None
 
     def running_deadlines(self) -> Iterator[StopScope]:
-        """Yield the scopes, of this one and those inside, whose time has still to pass."""
+        """Find the scopes, of this one and those inside, whose time has still to pass.
+
+        Yields:
+            Each scope before those inside it.
+        """
         if self.cancel_reason is None:
             if self.deadline < inf:
                 yield self

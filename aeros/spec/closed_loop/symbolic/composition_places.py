@@ -149,10 +149,10 @@ class CompositionPlaces:
         inner = self._part(part.part, done, failed)
         self._around.pop()
         stopped = ProgramBranch(t.TRUE, (End(t.TRUE, stop),), is_likely=False)
-        begun = ProgramBranch(t.TRUE, (End(t.TRUE, inner),))
+        entered = ProgramBranch(t.TRUE, (End(t.TRUE, inner),))
         return self._add(
             step(self._goal, done),
-            Move(all_of(open_, holds), (begun, stopped)),
+            Move(all_of(open_, holds), (entered, stopped)),
             step(all_of(open_, negate(holds)), failed),
         )
 

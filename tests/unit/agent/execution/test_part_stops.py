@@ -12,9 +12,9 @@ import pytest
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.part_stops import StopScope, worse_failure
 from aeros.agent.execution.plan_executor import PlanExecutor
-from aeros.agent.execution.plan_failure import PlanFailure
 from aeros.agent.execution.progress import PlanProgress
 from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.plan_failure import PlanFailure
 from aeros.agent.planning.task_graph import Part, PlanStep, TaskGraph, verify_plan
 from aeros.runtime.ports import EndedStep, StepHandle, StepResult, StepStatus
 from aeros.spec.model.ecm import ActionCondition

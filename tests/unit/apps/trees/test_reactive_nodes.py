@@ -57,7 +57,9 @@ def test_conditions_are_held(
         ("WhileDoElse", ("c", None, None), "it may change between its children without a bound"),
     ],
 )
-def test_what_no_part_does_is_refused(tag: str, conditions: tuple[str | None, ...], reason: str) -> None:
+def test_nodes_that_no_part_carries_are_refused(
+    tag: str, conditions: tuple[str | None, ...], reason: str
+) -> None:
     found = node(tag, *conditions)
     assert isinstance(found, str)
     assert found.startswith(reason)

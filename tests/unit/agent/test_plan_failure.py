@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from aeros.agent.execution.attempt import AttemptResult
-from aeros.agent.execution.plan_failure import (
+from aeros.agent.plan_failure import (
     PlanFailure,
     failure_of_attempt,
     result_of_composition,
