@@ -11,8 +11,8 @@ from typing import Any
 
 from aeros.agent.errands import barred_steps
 from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.part_stops import PlanFailure
 from aeros.agent.execution.step_attempt import StepRunner
-from aeros.agent.plan_failure import PlanFailure
 from aeros.agent.planning.planner_client import PlannerClient
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph, verify_plan

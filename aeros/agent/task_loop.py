@@ -36,6 +36,7 @@ from typing import Final
 from aeros.agent.errands import ErrandPosition
 from aeros.agent.execution.attempt_journal import record_replan, record_unmet_definitions
 from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.part_stops import PlanFailure
 from aeros.agent.execution.plan_executor import PlanExecutor
 from aeros.agent.execution.progress import PlanProgress
 from aeros.agent.execution.repeats import FinishedPlans
@@ -43,7 +44,6 @@ from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.execution.waiting import MAX_WAIT_S, Wait
 from aeros.agent.instructions.meaning import Errand
-from aeros.agent.plan_failure import PlanFailure
 from aeros.agent.plan_source import PlanSource
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.planner_client import PlannerClient

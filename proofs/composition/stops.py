@@ -21,7 +21,6 @@ from proofs.composition.alternatives import ALTERNATIVES, PROGRESS
 
 PART_STOPS: Final = "aeros.agent.execution.part_stops"
 PLAN_EXECUTOR: Final = "aeros.agent.execution.plan_executor"
-PLAN_FAILURE: Final = "aeros.agent.plan_failure"
 
 _STEPS: Final = ("first", "second")
 _CONDITION: Final = ActionCondition(
@@ -82,11 +81,10 @@ class _Attempts:
 
 def _tables(code: ModuleSource, *, is_timed: bool) -> tuple[SymbolicFunction, ...]:
     """Run a part of two steps, and another step where the part fails; one table for each fact."""
-    failures = code.module(PLAN_FAILURE)
     progress = code.module(PROGRESS)
-    stops = code.module(PART_STOPS, using=(failures, progress))
+    stops = code.module(PART_STOPS, using=(progress,))
     alternatives = code.module(ALTERNATIVES, using=(progress,))
-    executor = code.module(PLAN_EXECUTOR, using=(failures, progress, stops, alternatives))
+    executor = code.module(PLAN_EXECUTOR, using=(progress, stops, alternatives))
     inner = Seq(tuple(PlanStep("m", name, id=name) for name in _STEPS))
     part: Any = HeldPart(inner, _SPAN, False, _CONDITION)
     if is_timed:

@@ -39,16 +39,19 @@ from aeros.agent.execution.alternatives import run_alternatives
 from aeros.agent.execution.attempt import AttemptResult, RunningAttempt
 from aeros.agent.execution.dispatcher import ChosenComposition
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.part_stops import PartStops, StopScope, run_stoppable, worse_failure
+from aeros.agent.execution.part_stops import (
+    PartStops,
+    PlanFailure,
+    StopScope,
+    failure_of_attempt,
+    result_of_composition,
+    run_stoppable,
+    undecided_failure,
+    worse_failure,
+)
 from aeros.agent.execution.progress import PlanProgress, StepPath, UnfinishedAttempt
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.step_attempt import StepRunner
-from aeros.agent.plan_failure import (
-    PlanFailure,
-    failure_of_attempt,
-    result_of_composition,
-    undecided_failure,
-)
 from aeros.agent.planning.compositions import chosen_composition
 from aeros.agent.planning.task_graph import Part, PlanStep
 from aeros.agent.world.definitions import unmet_with_definitions
