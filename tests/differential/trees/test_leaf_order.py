@@ -378,7 +378,8 @@ def test_leaves_run_in_the_order_of_the_reference() -> None:
             _compare(yard, body, streams)
 
         same()
-    assert min(SEEN[kind] for kind in ("succeeds", "fails", "several", "exported")) > 10, SEEN
+    assert min(SEEN[kind] for kind in ("succeeds", "fails", "several")) > 10, SEEN
+    assert SEEN["exported"] > 3, SEEN
 
 
 def test_leaves_are_stopped_where_those_of_the_reference_are() -> None:
