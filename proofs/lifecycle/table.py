@@ -298,7 +298,7 @@ def _prepare_obligation(code: ModuleSource) -> TheoremObligation:
             PREPARE,
             required_resources=lambda _: (),
             check_inputs=lambda *_: {},
-            hold_condition_for=lambda *_: None,
+            hold_conditions_for=lambda *_: (),
             ActiveStep=lambda *_: "step",
         )
         skill = SimpleNamespace(id="k", inputs={})
@@ -308,6 +308,7 @@ def _prepare_obligation(code: ModuleSource) -> TheoremObligation:
             module="m" if ask("module-is-a-name") else 1,
             skill="k" if ask("skill-is-a-name") else 1,
             inputs={},
+            held=(),
         )
         try:
             preparing.prepare_step(
