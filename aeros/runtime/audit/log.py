@@ -46,12 +46,12 @@ from aeros.runtime.audit.checkpoints import (
     CHECKPOINT_INTERVAL,
     AnchorError,
     AuditCheckpoint,
-    CheckpointVerifier,
     SigningConfiguration,
     read_anchor,
     write_anchor,
 )
 from aeros.runtime.audit.format import explain_problem
+from aeros.runtime.audit.prefix_memory import ResumableVerifier, read_remembered_prefix
 from aeros.runtime.canonical_json import Encoded, seal_record, to_canonical_json
 from aeros.runtime.gate.decision import DecisionKind
 from aeros.runtime.ports import LogHead
@@ -217,14 +217,18 @@ class AuditLog:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             with os.fdopen(os.dup(self._file), "rb") as file:
-                prefix = read_prefix(file, watch)
-            sync_folder(self.path.parent)
+                if isinstance(watch, ResumableVerifier):
+                    prefix = read_remembered_prefix(file, self.path, watch)
+                else:
+                    prefix = read_prefix(file, watch)
+            if not prefix.records:  # else an earlier writer did so before it wrote the first record
+                sync_folder(self.path.parent)
         except BlockingIOError as failure:
             raise AuditError(f"another process writes the audit log `{self.path}`") from failure
         except OSError as failure:
             raise AuditError(f"the audit log `{self.path}` cannot be read: {failure}") from failure
         problem = prefix.problem if prefix.torn_tail is None else None
-        if problem is None and isinstance(watch, CheckpointVerifier):
+        if problem is None and isinstance(watch, ResumableVerifier):
             problem = watch.missing_tail(prefix.records)
         if problem is not None:
             why = explain_problem(self.path, problem)
@@ -336,6 +340,6 @@ def _signature_check(signing: SigningConfiguration | None, path: Path) -> Record
     key = signing.key.public
     try:
         found = [read_anchor(anchor, key) for anchor in signing.anchors]
-        return CheckpointVerifier(key, [one for one in found if one is not None])
+        return ResumableVerifier(key, tuple(one for one in found if one is not None))
     except AnchorError as failure:
         raise AuditError(f"the audit log `{path}` cannot be continued: {failure}") from failure

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
@@ -139,15 +139,15 @@ def write_files(files: Mapping[str, bytes], folder: Path) -> None:
         write_durably(path, content)
 
 
-def remove_unreferenced(store: Path, named: set[Path]) -> None:
+def remove_unreferenced(store: Path, digests: Collection[str]) -> None:
     """Delete stored modules that are not referenced: left by an interrupted change, or never in force.
 
     Args:
         store: folder of all stored modules.
-        named: folders of the modules to keep.
+        digests: digests of the modules to keep.
     """
     for folder in store.iterdir() if store.is_dir() else ():
-        if not any(folder in path.parents for path in named):
+        if folder.name not in digests:
             shutil.rmtree(folder, ignore_errors=True)
 
 
