@@ -41,24 +41,35 @@ def module_files(folder: Path) -> dict[str, bytes]:
     files: dict[str, bytes] = {}
     total = 0
     try:
-        for path in sorted(folder.rglob("*")):
-            name = path.relative_to(folder)
-            if any(part.startswith(".") or part in _EXCLUDED_NAMES for part in name.parts):
-                continue
-            if path.is_dir() and not path.is_symlink():
-                continue
-            if path.is_symlink() or not path.is_file():
+        for name, entry in _entries(folder):
+            path = Path(entry.path)
+            if not entry.is_file(follow_symlinks=False):
                 raise _unreadable(path, "it is not a regular file")
-            hidden = hidden_path_error(name.as_posix())
+            hidden = hidden_path_error(name)
             if hidden is not None:
                 raise UserError([hidden])
-            total += path.stat().st_size
+            total += entry.stat(follow_symlinks=False).st_size
             if total > MAX_MODULE:
                 raise _unreadable(path, f"a module has at most {MAX_MODULE >> 20} MiB")
-            files[name.as_posix()] = path.read_bytes()
+            files[name] = path.read_bytes()
     except OSError as failure:
         raise _unreadable(folder, failure.strerror or str(failure)) from failure
     return files
+
+
+def _entries(folder: str | Path, below: str = "") -> Iterator[tuple[str, os.DirEntry[str]]]:
+    """Yield everything that belongs to a module and is no folder, sorted; `Path.rglob` takes four times as long."""
+    if not below and not os.path.isdir(folder):
+        return
+    with os.scandir(folder) as listed:
+        entries = sorted(listed, key=lambda one: one.name)
+    for entry in entries:
+        if entry.name.startswith(".") or entry.name in _EXCLUDED_NAMES:
+            continue
+        if entry.is_dir(follow_symlinks=False):
+            yield from _entries(entry.path, f"{below}{entry.name}/")
+        else:
+            yield f"{below}{entry.name}", entry
 
 
 def bundle_digest(files: Mapping[str, bytes]) -> str:

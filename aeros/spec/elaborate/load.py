@@ -158,7 +158,7 @@ def load_ecm(
     elif declared.models:  # files, which elaboration reads itself
         ecm = elaborate_ecm(declared, site, str(folder), digests, diagnostics)
     else:
-        ecm, faults = _elaborate_unread(source, _SameSite(site), str(folder), digests)
+        ecm, faults = _elaborate_unread(source, site, str(folder), digests)
         diagnostics.extend(faults)
     return None if ecm is None else LoadedEcm(ecm, code)
 
@@ -231,29 +231,16 @@ def _decode_ecm(source: Source) -> tuple[declared_ecm.Ecm | None, Diagnostics]:
     return _decode_source(source, declared_ecm.Ecm, diagnostics), diagnostics
 
 
-class _SameSite:
-    """A site that equals only itself: two sites with one digest can differ in what messages point at."""
-
-    def __init__(self, site: Site) -> None:
-        self.site = site
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _SameSite) and other.site is self.site
-
-    def __hash__(self) -> int:
-        return id(self.site)
-
-
 @lru_cache(maxsize=512)
 def _elaborate_unread(
-    source: Source, site: _SameSite, folder: str, digests: tuple[str, str]
+    source: Source, site: Site, folder: str, digests: tuple[str, str]
 ) -> tuple[Ecm | None, Diagnostics]:
     """Elaborate a module whose manifest names no file: its arguments are all that the result depends on."""
     diagnostics = Diagnostics()
     declared, _ = _decode_ecm(source)
     if declared is None:
         return None, diagnostics
-    return elaborate_ecm(declared, site.site, folder, digests, diagnostics), diagnostics
+    return elaborate_ecm(declared, site, folder, digests, diagnostics), diagnostics
 
 
 def _site_source(path: str | os.PathLike[str], diagnostics: Diagnostics) -> Source | None:
