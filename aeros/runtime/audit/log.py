@@ -27,6 +27,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from json.encoder import encode_basestring_ascii
 from pathlib import Path
 from typing import Any, Final, Self
@@ -244,7 +245,9 @@ class AuditLog:
             if self._sequence == 0:
                 # Random, so that no other log has the same first record.
                 self._append("log-began", {"nonce": secrets.token_hex(16)})
-            self._sign(self._signing, closing=False)
+            is_anchored = isinstance(watch, ResumableVerifier) and watch.anchors
+            only_signs = is_anchored and not self._signing.anchors_opening
+            self._sign(replace(self._signing, anchors=()) if only_signs else self._signing, closing=False)
 
     def _append(
         self,

@@ -127,6 +127,11 @@ class ResumableVerifier(CheckpointVerifier):
         self._read = 0
         self._checkpoints: dict[int, AuditCheckpoint | None] = {}
 
+    @property
+    def anchors(self) -> tuple[AuditCheckpoint, ...]:
+        """Checkpoints that the log must contain."""
+        return self._anchors
+
     def __call__(self, record: Record, own: str) -> str | None:
         """Implement `RecordCheck`, and keep each checkpoint to compare later anchors with."""
         problem = super().__call__(record, own)

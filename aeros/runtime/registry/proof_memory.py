@@ -52,7 +52,7 @@ class ProofMemory:
 
     def __init__(self, prove: ProveConfiguration) -> None:
         self._prove = prove
-        self._proved = OrderedDict[Hashable, tuple[OperatorSettings, Configuration, Report]]()
+        self._proved = OrderedDict[Hashable, tuple[OperatorSettings, tuple[Configuration, Report]]]()
 
     def prove(self, modules: ModuleSet) -> tuple[Configuration, Report]:
         """Prove modules, unless exactly these were proved before.
@@ -70,7 +70,7 @@ class ProofMemory:
         known = self._proved.get(key)
         if known is not None and known[0] == modules.settings:
             self._proved.move_to_end(key)
-            return known[1:]
+            return known[1]
         names = {folder.name for folder in modules.active}  # a stored folder has the name of its module
         configuration, report = self._prove(
             list(modules.bundles),
@@ -82,7 +82,7 @@ class ProofMemory:
         )
         # Files that changed while they were proved are not those that the key names.
         if key is not None and key == _premises(modules):
-            self._proved[key] = modules.settings, configuration, report
+            self._proved[key] = modules.settings, (configuration, report)
             if len(self._proved) > _MAX_PROOFS:
                 self._proved.popitem(last=False)
         return configuration, report
