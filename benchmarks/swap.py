@@ -6,9 +6,10 @@ its own, in a temporary folder, as after the first installation.  Next to second
 seconds of this process, which other load of the machine affects less, and the number of times that the
 program itself waited for the disk (SQLite's own waits are not counted).
 
-`--sizes` also measures one more synthetic module beside N active ones (`aeros/experiments/trials/synthetic.py`);
-the proofs of these are made first, which is not measured.  The first swap of a size is *first*: this process
-has not read the module before.  The others are medians.
+`--sizes` also measures one more synthetic module beside N active ones
+(`aeros/experiments/trials/synthetic.py`), each time another that was never proved; the proofs of the N are
+made first, which is not measured.  *First* is the first swap: of `clean_table`, it makes the proof.  All
+other figures are medians.
 """
 
 from __future__ import annotations

@@ -164,6 +164,7 @@ class ClosedLogCheck:
         self._is_closed = False
 
     def __call__(self, record: Record, own: str) -> str | None:
+        """Implement `RecordCheck`."""
         event = record["event"]
         if self._is_closed and event != CHECKPOINT and not is_repair_note(record):
             return f"record {record['sequence']} was added to a closed log by a writer without the key"

@@ -91,7 +91,7 @@ def read_remembered_prefix(file: BinaryIO, path: Path, check: ResumableCheck) ->
 
 
 def _hash_beginning(file: BinaryIO, length: int) -> Any:
-    """Hash the first bytes of a file; fewer if it is shorter or cannot be read, which `read_prefix` reports."""
+    """Hash the first bytes of a file; none of one that cannot be read, which `read_prefix` reports."""
     hasher = hashlib.sha256()
     try:
         file.seek(0)
@@ -151,9 +151,7 @@ class ResumableVerifier(CheckpointVerifier):
         anchors = self._anchors
         for anchor in anchors:
             is_read = anchor.sequence < earlier._read
-            if anchor.log != earlier.log or (
-                is_read and earlier._checkpoints.get(anchor.sequence) != anchor
-            ):
+            if anchor.log != earlier.log or (is_read and earlier._checkpoints.get(anchor.sequence) != anchor):
                 return False
         vars(self).update(vars(earlier), _checkpoints=dict(earlier._checkpoints), _anchors=anchors)
         return True

@@ -67,7 +67,6 @@ from aeros.spec.model.rules import ActionKind, Rule
 from aeros.spec.model.variables import Declared, ranges_of
 from aeros.spec.obligations.claim_id import ClaimForm
 
-
 _MAX_GATES: Final = 4
 """Number of gates of one executor that are kept; the least recently used one is forgotten."""
 
@@ -138,7 +137,8 @@ class CompiledGate(Gate):
     ) -> None:
         self.mode = mode
         # The latest gates of this line by the digest of what they enforce: a swap back compiles nothing.
-        self._latest: OrderedDict[str, CompiledGate] = OrderedDict() if predecessor is None else predecessor._latest
+        fresh = OrderedDict[str, CompiledGate]()
+        self._latest = fresh if predecessor is None else predecessor._latest
         self._latest[configuration.digest] = self
         if len(self._latest) > _MAX_GATES:
             self._latest.popitem(last=False)

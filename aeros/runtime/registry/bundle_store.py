@@ -58,7 +58,7 @@ def module_files(folder: Path) -> dict[str, bytes]:
 
 
 def _entries(folder: str | Path, below: str = "") -> Iterator[tuple[str, os.DirEntry[str]]]:
-    """Yield everything that belongs to a module and is no folder, sorted; `Path.rglob` takes four times as long."""
+    """Yield all of a module that is no folder, sorted; `Path.rglob` takes four times as long."""
     if not below and not os.path.isdir(folder):
         return
     with os.scandir(folder) as listed:

@@ -1,9 +1,9 @@
 """Proofs of sets of modules that this process made, by digests of everything that they depend on.
 
-A swap proves one set of modules several times: when a module is configured without a change of its settings,
-when the executor loads what was activated, and when a module is put back.  A remembered proof counts only for
-modules whose files have the same digests now, at the same places, with the same ones active, under a site with
-the same text and with the same settings.
+A swap proves one set of modules several times: when a module is configured without a change of its
+settings, when the executor loads what was activated, and when a module is put back.  A remembered proof
+counts only for modules whose files have the same digests now, at the same places, with the same ones active,
+under a site with the same text and with the same settings.
 """
 
 from __future__ import annotations
