@@ -83,8 +83,8 @@ def swap(registry: Registry, governor: RegistryGovernor, gate: CompiledGate, fol
         watch.measure("configure", lambda: registry.configure(name))
         watch.measure("activate", lambda: registry.activate(name))
         watch.measure("gate", lambda: gate.with_configuration(governor.configuration()[1]))
-    columns = zip(*watch.steps.values(), strict=True)
-    watch.steps["swap"] = tuple(sum(one) for one in columns)  # type: ignore[assignment]
+    clock, processor, waits = (sum(one) for one in zip(*watch.steps.values(), strict=True))
+    watch.steps["swap"] = clock, processor, waits
     registry.deactivate(name)
     registry.remove(name)
     return watch

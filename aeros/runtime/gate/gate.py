@@ -138,11 +138,11 @@ class CompiledGate(Gate):
         self.mode = mode
         # The latest gates of this line by the digest of what they enforce: a swap back compiles nothing.
         fresh = OrderedDict[str, CompiledGate]()
-        self._latest = fresh if predecessor is None else predecessor._latest
+        self._latest: OrderedDict[str, CompiledGate] = fresh if predecessor is None else predecessor._latest
         self._latest[configuration.digest] = self
         if len(self._latest) > _MAX_GATES:
             self._latest.popitem(last=False)
-        self.tally = DecisionTally() if predecessor is None else predecessor.tally
+        self.tally: DecisionTally = DecisionTally() if predecessor is None else predecessor.tally
         self._site = configuration.site
         compiled = mode is not GateMode.Z3
         self._decider = _Decider(configuration, compiled)
