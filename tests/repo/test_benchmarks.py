@@ -32,7 +32,7 @@ def test_the_benchmark_of_verify_runs() -> None:
 
 @pytest.mark.deep
 def test_the_benchmark_of_swaps_runs() -> None:
-    found = _run("swap")
+    found = _run("registry.swap")
     rows = [found["shipped"], found["synthetic"]["2"]]
     assert [set(row) for row in rows] == [{"install", "configure", "activate", "gate", "swap"}] * 2
 
@@ -82,7 +82,7 @@ def test_the_benchmark_of_the_monitors_runs_and_aeros_knows_nothing_of_what_is_m
         ("monitors", "benchmarks-gate.md"),
         ("symbolic", "benchmarks.md"),
         ("plant", "benchmarks.md"),
-        ("swap", "benchmarks.md"),
+        ("registry.swap", "benchmarks.md"),
         ("engines.sim_to_sim", "plants.md"),
     ],
 )

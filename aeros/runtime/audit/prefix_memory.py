@@ -34,7 +34,11 @@ class ResumableCheck(Protocol):
         """Implement `RecordCheck`."""
 
     def copy(self) -> Self:
-        """Copy the findings so far, which do not change when this check goes on."""
+        """Copy the findings so far.
+
+        Returns:
+            A check with these findings, which stays as it is when this one goes on.
+        """
 
     def resume(self, earlier: Any) -> bool:
         """Take over the findings of a check with the same premises.

@@ -232,7 +232,9 @@ class _CompiledSkillKind:
     required_state: frozenset[str]
 
 
-class _Decider:
+class _CompiledRules:
+    """The conditions of one configuration, each compiled when it is first asked for."""
+
     def __init__(self, configuration: Configuration, compiled: bool) -> None:
         self._configuration = configuration
         self._compiled = compiled
@@ -253,8 +255,6 @@ class _Decider:
                 self._inputs[module, skill.id] = value_checkers(skill.inputs)
                 for kind in skill.envelope:
                     self._add(ecm, skill, site.kinds[kind])
-
-    # Compiling, of each skill and kind when it is first asked for.
 
     def _add(self, ecm: Ecm, skill: Skill, kind: ActionKind) -> None:
         at = ecm.id, skill.id, kind.name
@@ -394,8 +394,8 @@ class _Decider:
             return CompiledCondition(term, declared)
         return SolverCondition(term, declared, self._solver)
 
-    # Deciding.
 
+class _Decider(_CompiledRules):
     def decide(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
         answer = decide_fast(self._fast_paths, caller, readings, action, now, usage)
         if type(answer) is Decision:

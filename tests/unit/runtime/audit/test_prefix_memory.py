@@ -126,7 +126,7 @@ def test_an_anchor_that_the_remembered_records_do_not_hold_is_noticed(log: _Log,
     assert found.problem is not None
 
 
-def test_what_is_remembered_does_not_change_with_a_check_that_goes_on(log: _Log) -> None:
+def test_remembered_findings_stay_as_they_are_when_the_log_grows(log: _Log) -> None:
     log.remembered()
     log.grow()
     first = log.remembered()

@@ -1,4 +1,4 @@
-"""Measure loading a module while a robot runs: `python -m benchmarks.swap`.
+"""Measure loading a module while a robot runs: `python -m benchmarks.registry.swap`.
 
 A swap is an installation, a configuration and an activation of one module, each with its proof and its signed
 record, and then the change of the gate in a running executor.  All proofs of single modules are in a cache of
@@ -50,8 +50,8 @@ class Stopwatch:
         """Do something, and add what it took to the step `name`; return its result."""
         clock, processor, waits = time.perf_counter(), time.process_time(), self.waits
         found = act()
-        taken = (time.perf_counter() - clock, time.process_time() - processor, self.waits - waits)
-        self.steps[name] = taken
+        clock, processor = time.perf_counter() - clock, time.process_time() - processor
+        self.steps[name] = clock, processor, self.waits - waits
         return found
 
     @contextmanager
