@@ -394,6 +394,14 @@ class _CompiledRules:
             return CompiledCondition(term, declared)
         return SolverCondition(term, declared, self._solver)
 
+    def _attenuating_rules(self, kind: str, reasons: Sequence[Reason]) -> list[Rule]:
+        """Return the violated rules if nothing else objects and each of them can attenuate; else none."""
+        violated = {reason.rule for reason in reasons if reason.code == "AE750"}
+        if len(violated) != len(reasons):
+            return []
+        rules = [rule for rule in self._kinds[kind].rules if rule.id in violated]
+        return rules if all(kind in rule.attenuations for rule in rules) else []
+
 
 class _Decider(_CompiledRules):
     def decide(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
@@ -493,14 +501,6 @@ class _Decider(_CompiledRules):
             *_failed_reasons(entry.envelope_and_permission, values),
             *_failed_reasons(kind.conditions, values),
         ]
-
-    def _attenuating_rules(self, kind: str, reasons: Sequence[Reason]) -> list[Rule]:
-        """Return the violated rules if nothing else objects and each of them can attenuate; else none."""
-        violated = {reason.rule for reason in reasons if reason.code == "AE750"}
-        if len(violated) != len(reasons):
-            return []
-        rules = [rule for rule in self._kinds[kind].rules if rule.id in violated]
-        return rules if all(kind in rule.attenuations for rule in rules) else []
 
 
 def _violation_reason(rule: Rule) -> Reason:
