@@ -156,7 +156,8 @@ class CompiledGate(Gate):
     def with_configuration(self, configuration: Configuration) -> CompiledGate:
         """Implement `Gate.with_configuration`: the new gate has the same mode."""
         known = self._latest.get(configuration.digest)
-        if known is not None:
+        # The digest finds it; that everything is equal is what makes it the right one.
+        if known is not None and known._decider._configuration == configuration:
             self._latest.move_to_end(configuration.digest)
             return known
         return CompiledGate(configuration, self.mode, self)

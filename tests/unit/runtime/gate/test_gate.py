@@ -418,6 +418,19 @@ def test_a_gate_of_another_configuration_has_the_same_mode_and_goes_on_counting(
     assert second.tally is first.tally
 
 
+def test_a_gate_is_kept_for_an_equal_configuration_and_for_no_other_with_its_digest() -> None:
+    first = CompiledGate(configuration())
+    other = replace(configuration(), digest="another")
+    second = first.with_configuration(other)
+    assert second is not first
+    assert second.with_configuration(configuration()) is first
+    assert first.with_configuration(other) is second
+    emptied = replace(configuration(), modules={})
+    third = first.with_configuration(emptied)
+    assert third is not first
+    assert request().decided_by(third).kind is DecisionKind.DENY
+
+
 def test_the_earlier_name_of_a_mode_is_read_and_no_other() -> None:
     assert GateMode("shadow") is GateMode.CHECKED
     for name in ("Shadow", "both", None):

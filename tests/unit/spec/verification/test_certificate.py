@@ -12,7 +12,8 @@ import pytest
 
 import aeros
 import aeros.spec.verification.certificate
-from aeros.spec.verification.certificate import LOCK, Certificate, check_lock, write_lock
+from aeros.spec.text.digests import text_digest
+from aeros.spec.verification.certificate import LOCK, Certificate, LockFile, check_lock, write_lock
 from aeros.spec.verification.verify import verify
 
 CORPUS = Path(__file__).parents[3] / "corpus"
@@ -222,6 +223,15 @@ def test_the_same_contents_in_another_layout_are_stale(module: Path, site: Path)
 def test_a_damaged_lock_is_reported_without_an_exception(module: Path, site: Path, content: bytes) -> None:
     (module / LOCK).write_bytes(content)
     assert code_of(module, certificate_of(module, site)) == "AE903"
+
+
+def test_a_certificate_is_kept_by_the_digest_of_its_text_alone(module: Path, site: Path) -> None:
+    one = certificate_of(module, site)
+    other = replace(one, version="9.9.9")
+    for _ in range(2):  # a digest that is not of its text keeps nothing
+        assert LockFile(lambda: other, text_digest(one.text())).certificate is other
+    assert LockFile(lambda: one, text_digest(one.text())).certificate is one
+    assert LockFile(lambda: other, text_digest(one.text())).certificate is one
 
 
 def test_a_folder_for_a_lock_is_no_certificate(module: Path, site: Path) -> None:
