@@ -10,26 +10,24 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.transition_system import TransitionSystem
-from aeros.spec.diagnostics.codes import Diagnostic, Fix
 from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.elaborate.scopes import state_scope
-from aeros.spec.expr import terms as t
-from aeros.spec.model.ecm import Ecm, Skill
-from aeros.spec.model.hold_conditions import HOLD_LOST
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId, ClaimPattern
 from aeros.spec.obligations.safety import state_rules_of_skill
-from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from aeros.spec.text.nodes import MappingNode, ScalarNode, SequenceNode
 from aeros.spec.verification.repairs.edits import ConditionEditor
 from aeros.spec.verification.repairs.manifest_edit import ManifestEditor, quoted
-from aeros.spec.verification.repairs.repair import Repair
+from aeros.spec.verification.repairs.repair import BACKTICKED, Candidates, FailedClaim, Repair
+from aeros.spec.verification.repairs.rule_proposals import RuleProposals
 
 MAX_TRIALS: Final = 12
 """Edited manifests that are proved for one module; most take a tenth of a second."""
@@ -39,7 +37,6 @@ _LARGE_LOOP: Final = 256
 """Start states of a task from which on the analysis of its rules takes up to a second, each time."""
 
 _MAX_CANDIDATES: Final = 6  # for one claim
-_BACKTICKED: Final = re.compile(r"`([^`]+)`")
 
 
 @dataclass(frozen=True)
@@ -86,24 +83,8 @@ _ENDED_BY_REPAIR: Final = (ClaimForm.IF_COVERS, ClaimForm.IF_COVERS_CASE)
 """Claims that are made only where something is left out."""
 
 
-@dataclass(frozen=True)
-class FailedClaim:
-    """A claim without a repair.
-
-    Attributes:
-        id: its identity.
-        diagnostic: report of the failure.
-    """
-
-    id: ClaimId
-    diagnostic: Diagnostic
-
-
 Judge = Callable[[Source], ModuleVerdicts | None]
 """Proves a module with another manifest; None if the manifest cannot be read."""
-
-Candidates = Iterator[tuple[str, Fix | None]]
-"""Lines to write, for people, each with its edit; the smallest change first."""
 
 
 def find_module_repairs(
@@ -168,6 +149,7 @@ class _Proposals:
         self._ecm = ecm
         self._site = site
         self.editor = editor
+        rules = RuleProposals(ecm, editor)
         self._by_form: Mapping[ClaimPattern, Callable[[FailedClaim], Candidates]] = {
             ClaimForm.SKILL_CAN_START: self._loosen_precondition,
             ClaimForm.INCREMENT_IN_RANGE: self._bound_precondition,
@@ -189,10 +171,10 @@ class _Proposals:
             ClaimForm.STEP_READY_CASE: self._require_at_start,
             ClaimForm.HANDLER_READY: self._require_at_start,
             ClaimForm.HANDLER_READY_CASE: self._require_at_start,
-            ClaimForm.RULES_DISPATCH: self._call_when_ready,
-            ClaimForm.RULES_PROGRESS: self._recover,
-            ClaimForm.RULES_KEEP_INVARIANT: self._keep_invariant,
-            ClaimForm.RULES_EFFECTIVE: self._correct_start,
+            ClaimForm.RULES_DISPATCH: rules.call_when_ready,
+            ClaimForm.RULES_PROGRESS: rules.recover,
+            ClaimForm.RULES_KEEP_INVARIANT: rules.keep_invariant,
+            ClaimForm.RULES_EFFECTIVE: rules.correct_start,
         }
 
     def for_claim(self, failed: FailedClaim) -> Candidates:
@@ -265,7 +247,7 @@ class _Proposals:
             names = {one.sensor for one in known} | set(getattr(self._site.access, group))
             names |= {one.sensor for one in self._site.cameras.values()} if group == "sensors" else set()
             names |= set(getattr(self._ecm.names, group, {}))
-            for name in _BACKTICKED.findall(failed.diagnostic.headline):
+            for name in BACKTICKED.findall(failed.diagnostic.headline):
                 if name in names:
                     yield from self._list(("permissions",), group, name)
 
@@ -280,11 +262,11 @@ class _Proposals:
             yield f"{group}: [{name}]` under `{place}", self.editor.add_list(mapping, group, name)
 
     def _declare_actuators(self, failed: FailedClaim) -> Candidates:
-        for name in _BACKTICKED.findall(failed.diagnostic.headline)[1:-1]:
+        for name in BACKTICKED.findall(failed.diagnostic.headline)[1:-1]:
             yield from self._list(("skills", failed.id.name_of("skill")), "actuators", name)
 
     def _hold_actuators(self, failed: FailedClaim) -> Candidates:
-        for name in _BACKTICKED.findall(failed.diagnostic.headline)[1:]:
+        for name in BACKTICKED.findall(failed.diagnostic.headline)[1:]:
             yield from self._list(("skills", failed.id.name_of("skill")), "resources", name)
 
     def _raise_risk(self, failed: FailedClaim) -> Candidates:
@@ -333,113 +315,6 @@ class _Proposals:
         for text in texts:
             if text and "inputs." not in text:
                 yield from self._require(("compositions", composition), text)
-
-    def _call_when_ready(self, failed: FailedClaim) -> Candidates:
-        """Call a skill only where its precondition holds, or make the precondition true before."""
-        rules = self.editor.node("tasks", failed.id.name_of("task"), "rules")
-        primary = failed.diagnostic.primary
-        if not isinstance(rules, SequenceNode) or primary is None:
-            return
-        rule = self.editor.smallest_mapping(rules, primary.span, "unless")
-        needed = [" ".join(one.span.text.split()).strip("\"'") for one in failed.diagnostic.secondary]
-        if rule is None or not needed:
-            return
-        condition = " and ".join(f"({one})" for one in needed) if needed[1:] else needed[0]
-        unless = next(value for key, value in rule.entries if key.text == "unless")
-        if isinstance(unless, ScalarNode):
-            text = f"{' '.join(unless.text.split())} or not ({condition})"
-            yield f"unless: {quoted(text)}", self.editor.replace(unless, text)
-        called = next(
-            (value.text for key, value in rule.entries if key.text == "do" and isinstance(value, ScalarNode)),
-            "",
-        )
-        for name, skill in self._ecm.skills.items():
-            if name != called and any(one.effects for one in skill.outcomes.values()):
-                line = f"{{unless: {quoted(condition)}, do: {name}}}"
-                yield f"- {line}` before the rule for `{called}", self.editor.insert_item(rules, rule, line)
-
-    def _keep_invariant(self, failed: FailedClaim) -> Candidates:
-        """Do something else after a failure, or first bring about what the invariant needs."""
-        task = self._ecm.tasks[failed.id.name_of("task")]
-        invariant = next(one for one in task.invariants if one.id == failed.id.name_of("invariant"))
-        rules = self.editor.node("tasks", task.id, "rules")
-        for rule in rules.items if isinstance(rules, SequenceNode) else ():
-            if isinstance(rule, MappingNode):
-                yield from self._handle_otherwise(rule)
-                yield from self._bring_about_before(rules, rule, frozenset(t.variables_of(invariant.term)))
-        yield from self._recover(failed)
-
-    def _handle_otherwise(self, rule: MappingNode) -> Candidates:
-        """Run another skill than a rule does between two tries or after a failure, or none."""
-        for key, value in rule.entries:
-            if key.text in ("between_tries", "on_failure") and isinstance(value, ScalarNode):
-                for name in self._ecm.skills:
-                    if name != value.text:
-                        yield f"{key.text}: {name}", self.editor.replace(value, name)
-                line = f"remove `{key.text}` from that rule"
-                yield line, self.editor.remove_entry(rule, key.text)
-
-    def _bring_about_before(self, rules: Node | None, rule: MappingNode, names: frozenset[str]) -> Candidates:
-        """Before the rule of a skill that changes some of `names`, run one that sets another of them."""
-        called = next(
-            (one.text for key, one in rule.entries if key.text == "do" and isinstance(one, ScalarNode)), ""
-        )
-        changed = names & _effects_of(self._ecm.skills.get(called)).keys()
-        for name, skill in self._ecm.skills.items() if changed else ():
-            for affected, value in _effects_of(skill).items():
-                word = affected.removeprefix(f"{self._ecm.id}.")
-                if name == called or affected not in names - changed:
-                    continue
-                if isinstance(value, bool):
-                    needed = word if value else f"not {word}"
-                elif isinstance(value, str):
-                    needed = f"{word} == {value}"
-                else:
-                    continue
-                line = f"{{unless: {quoted(needed)}, do: {name}}}"
-                yield f"- {line}` before the rule for `{called}", self.editor.insert_item(rules, rule, line)
-
-    def _correct_start(self, failed: FailedClaim) -> Candidates:
-        """Leave a value out of `initial`, so that it may be anything, or state the opposite."""
-        task = self._ecm.tasks[failed.id.name_of("task")]
-        initial = self.editor.node("tasks", task.id, "initial")
-        named = _BACKTICKED.findall(failed.diagnostic.headline)
-        for key, value in initial.entries if isinstance(initial, MappingNode) else ():
-            full = key.text if key.text in task.initial else f"{self._ecm.id}.{key.text}"
-            if full not in t.variables_of(task.goal) and not {key.text, full} & set(named):
-                continue
-            opposite = (
-                {"true": "false", "false": "true"}.get(value.text) if isinstance(value, ScalarNode) else None
-            )
-            if opposite is not None:
-                yield f"{key.text}: {opposite}` under `initial", self.editor.replace(value, opposite)
-            yield f"remove `{key.text}` from `initial`", self.editor.remove_entry(initial, key.text)
-
-    def _recover(self, failed: FailedClaim) -> Candidates:
-        """Run another skill where one has failed."""
-        rules = self.editor.node("tasks", failed.id.name_of("task"), "rules")
-        if not isinstance(rules, SequenceNode):
-            return
-        for rule in rules.items:
-            entries = (
-                {key.text: value for key, value in rule.entries} if isinstance(rule, MappingNode) else {}
-            )
-            called = entries.get("do")
-            skill = self._ecm.skills.get(called.text) if isinstance(called, ScalarNode) else None
-            fails = skill is not None and (
-                skill.hold_condition is not None or any(one.failure for one in skill.outcomes.values())
-            )
-            if not fails or "on_failure" in entries:
-                continue
-            for name, other in self._ecm.skills.items():
-                if other is not skill and other.outcomes.keys() != {HOLD_LOST}:
-                    yield f"on_failure: {name}", self.editor.add_entry(rule, "on_failure", name)
-
-
-def _effects_of(skill: Skill | None) -> dict[str, Any]:
-    """Return what a skill sets when it succeeds, by state variable."""
-    outcomes = () if skill is None else skill.outcomes.values()
-    return {name: value for one in outcomes if not one.failure for name, value in one.effects.items()}
 
 
 def _holds(outer: SourceSpan, inner: SourceSpan) -> bool:

@@ -6,11 +6,13 @@ never contradict each other.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Final
 
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.diagnostics.codes import Fix
+from aeros.spec.diagnostics.codes import Diagnostic, Fix
 from aeros.spec.elaborate.scopes import scope_over
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError
@@ -35,6 +37,26 @@ class Repair:
 
     line: str
     fix: Fix | None
+
+
+BACKTICKED: Final = re.compile(r"`([^`]+)`")
+"""Names in a message."""
+
+Candidates = Iterator[tuple[str, Fix | None]]
+"""Lines to write, for people, each with its edit; the smallest change first."""
+
+
+@dataclass(frozen=True)
+class FailedClaim:
+    """A claim without a repair.
+
+    Attributes:
+        id: its identity.
+        diagnostic: report of the failure.
+    """
+
+    id: ClaimId
+    diagnostic: Diagnostic
 
 
 def advice(line: str) -> str:
