@@ -26,7 +26,7 @@ from itertools import product
 from types import MappingProxyType
 from typing import Final, Literal
 
-from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
+from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition, UnsettledError
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Part, Step, handler_cycle
@@ -156,7 +156,7 @@ class _SkillRuns:
                 self._starts.add(state)
             for one in able if not self._is_over(state) else ():
                 for stops in self._stops:
-                    stops.update(one.stopped(state))
+                    stops.update(_stopped(one, state))
                 for after, outcome, share in one.after(state):
                     self._pass(after)
                     ended = weight.submitted(role).scaled(share / len(able))
@@ -420,6 +420,18 @@ def _is_decided(state: State, unknown: Sequence[int], holds: StateCondition) -> 
             changed[place] = value
         values.add(bool(holds(tuple(changed))))
     return len(values) == 1
+
+
+def _stopped(invocation: Invocation, state: State) -> list[State]:
+    """List the states that a stop in the midst of a skill may leave.
+
+    Raises:
+        StateSpaceError: there are too many.
+    """
+    try:
+        return invocation.stopped(state)
+    except UnsettledError as error:
+        raise StateSpaceError(str(error)) from error
 
 
 def _add(into: Weights, more: Mapping[State, Weight]) -> None:

@@ -180,9 +180,8 @@ class Invocation:
             _effects_of(outcome, Fraction(0), names, values_after(skill, outcome))
             for outcome in stop_outcomes(skill)
         ]
-        for one in (*self._outcomes, *self._unheld, *self._stops):
-            if prod(len(values) for _, values in one.unsettled) > MAX_UNSETTLED and not has_unknown:
-                raise UnsettledError(f"`{skill.id}` leaves {len(one.unsettled)} variables of it at any value")
+        for one in (*self._outcomes, *self._unheld):
+            self._check_unsettled(one)
 
     @property
     def is_settled(self) -> bool:
@@ -254,9 +253,18 @@ class Invocation:
 
         Returns:
             The states, each once.
+
+        Raises:
+            UnsettledError: there are too many.
         """
+        for one in self._stops:
+            self._check_unsettled(one)
         found = (tuple(after) for one in self._stops for after in self._states_after(state, one))
         return list(dict.fromkeys(found))
+
+    def _check_unsettled(self, one: _OutcomeEffects) -> None:
+        if prod(len(values) for _, values in one.unsettled) > MAX_UNSETTLED and not self._has_unknown:
+            raise UnsettledError(f"`{self.name}` leaves {len(one.unsettled)} variables of it at any value")
 
     def _states_after(self, state: State, one: _OutcomeEffects) -> list[list[Any]]:
         changed = _apply_effects(state, one.known)
