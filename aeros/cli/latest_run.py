@@ -72,9 +72,13 @@ def find_run_folder(given: Path | None) -> Path:
         The folder.
 
     Raises:
-        UsageError: none is given, and there is no run in `runs`.
+        UsageError: none is given, and there is no run in `runs`; or the file is no `audit.jsonl`.
     """
-    return given if given is not None and given.is_dir() else find_audit_log(given).parent
+    if given is not None and given.is_dir():
+        return given
+    if given is not None and given.name != _AUDIT:
+        raise UsageError(f"`{given}` is no {_AUDIT}: give the output folder that `aeros run` printed")
+    return find_audit_log(given).parent
 
 
 def save_latest_run(state: Path, out: Path) -> None:

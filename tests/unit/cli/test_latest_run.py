@@ -94,3 +94,8 @@ def test_a_run_is_found_by_its_folder_or_its_log_or_as_the_newest(
     with pytest.raises(UsageError, match=r"no audit\.jsonl in `runs`"):
         find_audit_log(Path("runs"))
     assert find_run_folder(Path("runs")) == Path("runs")
+    copy = old / "copy.jsonl"
+    copy.write_text("")
+    assert find_audit_log(copy) == copy
+    with pytest.raises(UsageError, match=r"copy\.jsonl` is no audit\.jsonl"):  # another log would be reported
+        find_run_folder(copy)
