@@ -39,6 +39,9 @@ def add_run_argument(parser: argparse.ArgumentParser, name: str) -> None:
 def find_audit_log(given: Path | None) -> Path:
     """Find the audit log of a run; standard error names the run if none is given.
 
+    It also names the run that `.aeros` records as the latest, if that is another one: its output may be
+    elsewhere, or its log gone.
+
     Args:
         given: output folder or audit log; None for the newest run in `runs`.
 
@@ -59,6 +62,10 @@ def find_audit_log(given: Path | None) -> Path:
     if not found:
         raise UsageError("there is no run in `runs`: give the output folder that `aeros run` printed")
     print(f"newest run: {found[-1].parent}", file=sys.stderr)
+    with suppress(UsageError):
+        recorded = latest_run(Path(".aeros"))
+        if recorded is not None and recorded[0] != found[-1].parent.resolve():
+            print(f"not the latest run of `.aeros`, which is `{recorded[0]}`", file=sys.stderr)
     return found[-1]
 
 

@@ -99,3 +99,19 @@ def test_a_run_is_found_by_its_folder_or_its_log_or_as_the_newest(
     assert find_audit_log(copy) == copy
     with pytest.raises(UsageError, match=r"copy\.jsonl` is no audit\.jsonl"):  # another log would be reported
         find_run_folder(copy)
+
+
+def test_the_newest_run_that_is_not_the_latest_recorded_one_is_said_not_to_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    left, own = Path("runs", "left"), Path(".aeros")
+    left.mkdir(parents=True)
+    own.mkdir()
+    (left / "audit.jsonl").write_text("")
+    save_latest_run(own, left)
+    assert find_audit_log(None) == left / "audit.jsonl"
+    assert capsys.readouterr().err == f"newest run: {left}\n"
+    save_latest_run(own, Path("elsewhere"))
+    assert find_audit_log(None) == left / "audit.jsonl"
+    assert f"not the latest run of `.aeros`, which is `{tmp_path / 'elsewhere'}`" in capsys.readouterr().err
