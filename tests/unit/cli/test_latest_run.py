@@ -101,7 +101,7 @@ def test_a_run_is_found_by_its_folder_or_its_log_or_as_the_newest(
         find_run_folder(copy)
 
 
-def test_the_newest_run_that_is_not_the_latest_recorded_one_is_said_not_to_be(
+def test_another_run_that_is_recorded_as_the_latest_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -365,39 +365,10 @@ class _Proposals:
         rules = self.editor.node("tasks", task.id, "rules")
         for rule in rules.items if isinstance(rules, SequenceNode) else ():
             if isinstance(rule, MappingNode):
-                yield from self._handle_otherwise(rule)
-                yield from self._bring_about_before(rules, rule, frozenset(t.variables_of(invariant.term)))
+                yield from _handle_otherwise(self._ecm, self.editor, rule)
+                names = frozenset(t.variables_of(invariant.term))
+                yield from _bring_about_before(self._ecm, self.editor, rules, rule, names)
         yield from self._recover(failed)
-
-    def _handle_otherwise(self, rule: MappingNode) -> Candidates:
-        """Run another skill than a rule does between two tries or after a failure, or none."""
-        for key, value in rule.entries:
-            if key.text in ("between_tries", "on_failure") and isinstance(value, ScalarNode):
-                for name in self._ecm.skills:
-                    if name != value.text:
-                        yield f"{key.text}: {name}", self.editor.replace(value, name)
-                line = f"remove `{key.text}` from that rule"
-                yield line, self.editor.remove_entry(rule, key.text)
-
-    def _bring_about_before(self, rules: Node | None, rule: MappingNode, names: frozenset[str]) -> Candidates:
-        """Before the rule of a skill that changes some of `names`, run one that sets another of them."""
-        called = next(
-            (one.text for key, one in rule.entries if key.text == "do" and isinstance(one, ScalarNode)), ""
-        )
-        changed = names & _effects_of(self._ecm.skills.get(called)).keys()
-        for name, skill in self._ecm.skills.items() if changed else ():
-            for affected, value in _effects_of(skill).items():
-                word = affected.removeprefix(f"{self._ecm.id}.")
-                if name == called or affected not in names - changed:
-                    continue
-                if isinstance(value, bool):
-                    needed = word if value else f"not {word}"
-                elif isinstance(value, str):
-                    needed = f"{word} == {value}"
-                else:
-                    continue
-                line = f"{{unless: {quoted(needed)}, do: {name}}}"
-                yield f"- {line}` before the rule for `{called}", self.editor.insert_item(rules, rule, line)
 
     def _correct_start(self, failed: FailedClaim) -> Candidates:
         """Leave a value out of `initial`, so that it may be anything, or state the opposite."""
@@ -434,6 +405,40 @@ class _Proposals:
             for name, other in self._ecm.skills.items():
                 if other is not skill and other.outcomes.keys() != {HOLD_LOST}:
                     yield f"on_failure: {name}", self.editor.add_entry(rule, "on_failure", name)
+
+
+def _handle_otherwise(ecm: Ecm, editor: ManifestEditor, rule: MappingNode) -> Candidates:
+    """Run another skill than a rule does between two tries or after a failure, or none."""
+    for key, value in rule.entries:
+        if key.text in ("between_tries", "on_failure") and isinstance(value, ScalarNode):
+            for name in ecm.skills:
+                if name != value.text:
+                    yield f"{key.text}: {name}", editor.replace(value, name)
+            line = f"remove `{key.text}` from that rule"
+            yield line, editor.remove_entry(rule, key.text)
+
+
+def _bring_about_before(
+    ecm: Ecm, editor: ManifestEditor, rules: Node | None, rule: MappingNode, names: frozenset[str]
+) -> Candidates:
+    """Before the rule of a skill that changes some of `names`, run one that sets another of them."""
+    called = next(
+        (one.text for key, one in rule.entries if key.text == "do" and isinstance(one, ScalarNode)), ""
+    )
+    changed = names & _effects_of(ecm.skills.get(called)).keys()
+    for name, skill in ecm.skills.items() if changed else ():
+        for affected, value in _effects_of(skill).items():
+            word = affected.removeprefix(f"{ecm.id}.")
+            if name == called or affected not in names - changed:
+                continue
+            if isinstance(value, bool):
+                needed = word if value else f"not {word}"
+            elif isinstance(value, str):
+                needed = f"{word} == {value}"
+            else:
+                continue
+            line = f"{{unless: {quoted(needed)}, do: {name}}}"
+            yield f"- {line}` before the rule for `{called}", editor.insert_item(rules, rule, line)
 
 
 def _effects_of(skill: Skill | None) -> dict[str, Any]:
