@@ -11,7 +11,7 @@ from typing import Any
 
 from aeros.agent.errands import barred_steps
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.plan_executor import PlanFailure
+from aeros.agent.execution.part_stops import PlanFailure
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.planning.planner_client import PlannerClient
 from aeros.agent.planning.routing import RoutedTask

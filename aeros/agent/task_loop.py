@@ -36,7 +36,8 @@ from typing import Final
 from aeros.agent.errands import ErrandPosition
 from aeros.agent.execution.attempt_journal import record_replan, record_unmet_definitions
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
+from aeros.agent.execution.part_stops import PlanFailure
+from aeros.agent.execution.plan_executor import PlanExecutor
 from aeros.agent.execution.progress import PlanProgress
 from aeros.agent.execution.repeats import FinishedPlans
 from aeros.agent.execution.report import RunReport
@@ -129,8 +130,7 @@ class TaskLoop:
         task = self._routed.task
         holds = True if errand is None else self._decide(errand)
         reason = self._run_until_goal() if holds is True else _skip(self._journal, errand, holds)
-        skipped = holds is False
-        world = self._attempts.world
+        skipped, world = holds is False, self._attempts.world
         if not skipped and world.truth_by_known_values(task.goal) is not True:
             behind = definition_causes(world, world.unmet_parts(task.goal), self._runtime.active_modules())
             record_unmet_definitions(self._journal, str(self._routed), behind)
@@ -201,7 +201,7 @@ class TaskLoop:
             self._checkpoints.write(self._checkpoint())
 
     def _checkpoint(self, ended: RunReport | None = None) -> TaskCheckpoint:
-        attempts, progress = self._attempts, self._progress
+        attempts, progress, position = self._attempts, self._progress, self._position
         return TaskCheckpoint(
             agent=self._agent,
             instruction=self._instruction,
@@ -224,9 +224,10 @@ class TaskLoop:
             attempts=tuple(progress.attempts.items()),
             done_paths=tuple(sorted(progress.done_paths)),
             branch_choices=tuple(progress.branch_choices.items()),
+            part_starts=tuple(progress.part_starts.items()),
             final_report=ended,
-            errand=self._position.number,
-            earlier_reports=self._position.earlier_reports,
+            errand=position.number,
+            earlier_reports=position.earlier_reports,
         )
 
     def _run_until_goal(self) -> str | None:

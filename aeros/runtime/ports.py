@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple, NewType, Protocol
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.cause import Cause
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.ecm import ActionCondition, Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.verification.certificate import Certificate
 
@@ -558,11 +558,13 @@ class StepRequest:
         module: the name of the module.
         skill: the name of one of its skills.
         inputs: by name, SI; inputs that have a default may be left out.
+        held: conditions of the parts of a plan around it: once one is not measured as true, it is cancelled.
     """
 
     module: str
     skill: str
     inputs: Mapping[str, Any]
+    held: tuple[ActionCondition, ...] = ()
 
 
 class StepStatus(Enum):
@@ -590,6 +592,7 @@ class StepResult:
         outputs: the skill's outputs, by name.
         is_transient: the step was denied only because of measured values, so it may be allowed later.
         causes: the reason as data, if there is any.
+        lost_hold: position in `StepRequest.held` of the condition that cancelled it; None if none did.
     """
 
     status: StepStatus
@@ -600,6 +603,7 @@ class StepResult:
     outputs: Mapping[str, Any] = field(default_factory=dict)
     is_transient: bool = False
     causes: tuple[Cause, ...] = ()
+    lost_hold: int | None = None
 
 
 StepHandle = NewType("StepHandle", int)

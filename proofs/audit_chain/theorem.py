@@ -226,7 +226,7 @@ def _scan(code: ModuleSource) -> TheoremObligation:
             os=_FakeOs(there),
             GENESIS="hash 0",
             open_regular=lambda _: nullcontext(_SymbolicFile(ask, there)),
-            _ClosedLogCheck=lambda watch: watch,
+            ClosedLogCheck=lambda watch: watch,
         )
         report = module.verify_log("path", "watch")
         return smt_apply("scanned", smt_literal(bool(report.is_sound)), smt_literal(report.records))

@@ -362,7 +362,9 @@ _START_ATTEMPT: Final = (
     "        self._progress.start_attempt("
     "at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))\n"
 )
-_START_STEP: Final = "        started = self._attempts.start(role, step.module, step.skill, inputs)\n"
+_START_STEP: Final = (
+    "        started = self._attempts.start(role, step.module, step.skill, inputs, scope.held)\n"
+)
 
 _LOOPS: Final = loops_of(
     "aeros.agent.execution.plan_executor",

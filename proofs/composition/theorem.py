@@ -22,6 +22,7 @@ from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symboli
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.composition.alternatives import ALTERNATIVES, PROGRESS, alternatives_in_order
 from proofs.composition.executor_motions import CLEAN_UP, SCHEDULER, STEP, motions_match_plant
+from proofs.composition.stops import PART_STOPS, PLAN_EXECUTOR, held_parts, timed_parts
 from proofs.lib.loops import loops_of
 
 JOINT_RULES: Final = "aeros.runtime.gate.joint_rules"
@@ -446,6 +447,7 @@ _LOOPS: Final = loops_of(
     "aeros.runtime.execution.decision_pipeline",
     "aeros.agent.execution.dispatcher",
     "aeros.agent.execution.alternatives",
+    "aeros.agent.execution.part_stops",
     ("aeros.spec.obligations.joint", ("joint_obligations",)),
     (
         "aeros.spec.obligations.parallel",
@@ -475,6 +477,8 @@ THEOREM = Theorem(
         "pairs": _branch_pair_obligations,
         "owner": _owner_obligation,
         "alternatives": alternatives_in_order,
+        "held": held_parts,
+        "timed": timed_parts,
         "loops": _LOOPS,
     },
     (
@@ -569,6 +573,57 @@ THEOREM = Theorem(
             PROGRESS,
             "self.set_branch((*at, -1 - number), False)",
             "self.on_change()",
+        ),
+        Mutant(
+            "begins-what-is-not-held",
+            "held",
+            PART_STOPS,
+            "        if scope.cancel_reason is None and scope.is_due_to_stop(self._holds, self._is_due):\n"
+            "            return",
+            "        if scope.cancel_reason is None and scope.is_due_to_stop(lambda _: True, self._is_due):\n"
+            "            return",
+        ),
+        Mutant(
+            "measures-no-condition-after-a-step",
+            "held",
+            PART_STOPS,
+            "scope.scope_to_stop(self._holds, self._is_past, result.lost_hold)",
+            "scope.scope_to_stop(lambda _: True, self._is_past, result.lost_hold)",
+        ),
+        Mutant(
+            "forgets-that-a-condition-was-lost",
+            "held",
+            PART_STOPS,
+            "if number == lost_hold:",
+            "if lost_hold is not None and number > lost_hold:",
+        ),
+        Mutant(
+            "holds-nothing-while-a-step-runs",
+            "held",
+            PLAN_EXECUTOR,
+            "started = self._attempts.start(role, step.module, step.skill, inputs, scope.held)",
+            "started = self._attempts.start(role, step.module, step.skill, inputs, ())",
+        ),
+        Mutant(
+            "hides-an-end-that-no-plan-provides-for",
+            "held",
+            PART_STOPS,
+            "if scope.stop is not None and (failure is None or failure.is_declared or failure.is_stop):",
+            "if scope.stop is not None:",
+        ),
+        Mutant(
+            "lets-a-step-run-on-after-its-time",
+            "timed",
+            PART_STOPS,
+            "            self._attempts.cancel(handle, reason)\n",
+            "            self._attempts.waiting\n",
+        ),
+        Mutant(
+            "hides-an-end-after-its-time",
+            "timed",
+            PART_STOPS,
+            "if scope.stop is not None and (failure is None or failure.is_declared or failure.is_stop):",
+            "if scope.stop is not None:",
         ),
         Mutant(
             "requests-from-the-caller",

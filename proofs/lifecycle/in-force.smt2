@@ -1,4 +1,5 @@
-; `InstalledModules._prove_snapshot` and `prove_configuration` put a module in force only where it
+; `InstalledModules._prove_snapshot` and `prove_configuration`, which the memory of proofs calls for
+; what it does not know, put a module in force only where it
 ; is active, is the one that was installed, is proved, with all others, as it is then read, and what it needs is active.
 ; unsat: proved
 (set-logic ALL)

@@ -19,6 +19,7 @@ from proofs.lifecycle.revocation import REGISTRY_STORE
 INSTALLED: Final = "aeros.runtime.registry.installed"
 LIFECYCLE: Final = "aeros.runtime.registry.lifecycle"
 PREPARE: Final = "aeros.runtime.execution.prepare"
+PROOF_MEMORY: Final = "aeros.runtime.registry.proof_memory"
 PROVING: Final = "aeros.runtime.proving"
 REGISTRY: Final = "aeros.runtime.registry.registry"
 WAITING: Final = "aeros.runtime.registry.waiting_modules"
@@ -68,7 +69,8 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
             bundle_digest=lambda _: "digest",
             stored_bundle=lambda *_: nullcontext("folder"),
             shown_as=lambda *_: nullcontext(),
-            _read_files=lambda *_: (
+            _declared_id=lambda *_: "m",
+            _read_stored=lambda *_: (
                 SimpleNamespace(id=SimpleNamespace(value="m"), version=SimpleNamespace(value="1")),
                 "settings",
                 "command" if ask("waits") else "",
@@ -163,7 +165,8 @@ def _policy_obligation(code: ModuleSource) -> SymbolicFunction:
 class _FolderStub:
     """A folder of which nothing is read."""
 
-    name = "m"
+    def __init__(self, name: str = "m") -> None:
+        self.name = name
 
     def __truediv__(self, _: str) -> _FolderStub:
         return self
@@ -240,16 +243,17 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
                 modules={name: one for name, (one, _) in modules.items()}
             ),
         )
+        memory = code.module(PROOF_MEMORY, using=(proving,), _premises=lambda _: "digests")
         installed = code.module(
             INSTALLED,
-            using=(lifecycle, records, proving),
+            using=(lifecycle, records, proving, memory),
             require_configured=lambda *_: None,
             module_files=lambda _: {},
             bundle_digest=lambda _: "digest" if ask("as-installed") else "other",
         )
         one = installed.InstalledModules.__new__(installed.InstalledModules)
-        one.folder, one._prove = _FolderStub(), proving.prove_configuration
-        one._folders = lambda snapshot: dict.fromkeys(snapshot.modules, _FolderStub())
+        one.folder, one._proofs = _FolderStub(), memory.ProofMemory(proving.prove_configuration)
+        one._folders = lambda snapshot: {name: _FolderStub(name) for name in snapshot.modules}
         one.site_file = lambda _: "site"
         one._find_waiting = lambda _: {"m": None} if ask("waits") else {}
         kept = {
@@ -266,7 +270,8 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
 
     flags = ("needs-another", "proved", "all-proved", "as-proved", "as-installed")
     return TheoremObligation(
-        "`InstalledModules._prove_snapshot` and `prove_configuration` put a module in force only where it\n"
+        "`InstalledModules._prove_snapshot` and `prove_configuration`, which the memory of proofs calls for\n"
+        "what it does not know, put a module in force only where it\n"
         "is active, is the one that was installed, is proved, with all others, as it is then read,"
         " and what it needs is active.",
         (
@@ -298,7 +303,7 @@ def _prepare_obligation(code: ModuleSource) -> TheoremObligation:
             PREPARE,
             required_resources=lambda _: (),
             check_inputs=lambda *_: {},
-            hold_condition_for=lambda *_: None,
+            hold_conditions_for=lambda *_: (),
             ActiveStep=lambda *_: "step",
         )
         skill = SimpleNamespace(id="k", inputs={})
@@ -308,6 +313,7 @@ def _prepare_obligation(code: ModuleSource) -> TheoremObligation:
             module="m" if ask("module-is-a-name") else 1,
             skill="k" if ask("skill-is-a-name") else 1,
             inputs={},
+            held=(),
         )
         try:
             preparing.prepare_step(

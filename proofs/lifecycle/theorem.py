@@ -27,6 +27,7 @@ _LOOPS: Final = loops_of(
     "aeros.runtime.execution.prepare",
     "aeros.runtime.registry.installed",
     "aeros.runtime.registry.lifecycle",
+    "aeros.runtime.registry.proof_memory",
     "aeros.runtime.registry.registry",
     "aeros.runtime.registry.run_modules",
     "aeros.runtime.registry.store",

@@ -50,6 +50,7 @@ CASES = (
     "capability_by_a_sequence_or_a_composition",
     "step_by_a_composition",
     "alternatives_and_tries",
+    "held_and_timed_parts",
 )
 START = {"fetched": "brush", "table_tidy": False}
 

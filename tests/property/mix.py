@@ -16,6 +16,10 @@ class Mix:
         assert proved is expected, f"{code} is {'proved' if proved else 'refuted'}"
         self._seen[code][expected] += 1
 
+    def count(self, code: str) -> int:
+        """Count the cases of the rarer verdict."""
+        return min(self._seen[code][True], self._seen[code][False])
+
     def assert_both(self, *codes: str, at_least: int = 5) -> None:
         """A generator that gives all but nothing of one kind would show nothing."""
         assert sorted(codes) == sorted(self._seen), self._seen.keys()

@@ -17,6 +17,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aeros.agent.planning.compositions import composition_to_graph
+from aeros.agent.planning.task_graph import verify_plan
 from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
@@ -31,10 +33,13 @@ from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import (
     FailingPart,
     Fallback,
+    HeldPart,
     If,
     Par,
     RetriedPart,
     Seq,
+    StoppablePart,
+    TimedPart,
     children_of,
     steps_of,
     walk_parts,
@@ -45,7 +50,7 @@ from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.interfaces import interface_obligations
 from aeros.spec.obligations.joint import joint_policy_obligations
 from aeros.spec.obligations.obligation import Obligation
-from aeros.spec.obligations.verdicts import Verdict
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from aeros.spec.verification.discharge import discharge_obligations
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
@@ -122,7 +127,8 @@ def _skills(draw: st.DrawFn) -> dict[str, Skill]:
 
 
 class _Drawer:
-    def __init__(self, draw: st.DrawFn, pars_anywhere: bool = False) -> None:
+    def __init__(self, draw: st.DrawFn, pars_anywhere: bool = False, has_stops: bool = False) -> None:
+        self.has_stops = has_stops
         self.draw = draw
         self.pars_anywhere = pars_anywhere
         self.par_may_fail = True
@@ -142,6 +148,7 @@ class _Drawer:
 
     def part(self, depth: int) -> Part:
         forms = ["step", "seq", "seq", "seq", "if", "if", "if", "any", "tolerate", "again", "check"]
+        forms += ["hold", "hold", "within", "within"] if self.has_stops else []
         forms += ["par", "par"] if self.par_may_fail else []
         form = self.draw(st.sampled_from(forms)) if depth else "step"
         if form == "step":
@@ -156,6 +163,8 @@ class _Drawer:
             )
         if form in ("any", "tolerate", "again"):
             return self.alternatives(form, depth)
+        if form in ("hold", "within"):
+            return self.stoppable(form, depth)
         if form == "if":
             otherwise = self.draw(st.sampled_from(["part", "nothing", "none"]))
             condition, then = self.draw(st.sampled_from(CONDITIONS)), self.part(depth - 1)
@@ -167,6 +176,17 @@ class _Drawer:
         if form == "par":  # the manifest refuses a branch without a step
             return Par(tuple(one if any(steps_of(one)) else self.step() for one in inner), self.span())
         return Seq(inner)
+
+    def stoppable(self, form: str, depth: int) -> Part:
+        """Draw a part that may be stopped; no `par` is in it, unless any may be."""
+        outer, self.par_may_fail = self.par_may_fail, self.pars_anywhere
+        inner = self.part(depth - 1)
+        inner = inner if any(steps_of(inner)) else Seq((inner, self.step()))
+        self.par_may_fail = outer
+        if form == "within":
+            return TimedPart(inner, self.span(), True, Fraction(1))
+        condition = ActionCondition(self.draw(st.sampled_from(CONDITIONS)), "", self.span())
+        return HeldPart(inner, self.span(), True, condition)
 
     def alternatives(self, form: str, depth: int) -> Part:
         """Draw a part that goes on after a failure; no `par` in it fails, unless any may."""
@@ -183,9 +203,11 @@ class _Drawer:
 
 
 @st.composite
-def _compositions(draw: st.DrawFn, pars_anywhere: bool = False) -> Composition:
-    drawer = _Drawer(draw, pars_anywhere)
+def _compositions(draw: st.DrawFn, pars_anywhere: bool = False, has_stops: bool = False) -> Composition:
+    drawer = _Drawer(draw, pars_anywhere, has_stops)
     body = drawer.part(2)
+    if has_stops and draw(st.booleans()):
+        body = Seq((body, drawer.stoppable(draw(st.sampled_from(["hold", "within"])), 2)))
     body = body if any(steps_of(body)) else Seq((body, drawer.step()))
     second = Step("h1", draw(st.sampled_from(["s0", "s1"])), {}, {}, 0, None, None, drawer.span())
     first = Step("h0", draw(st.sampled_from(["s2", "s3"])), {}, {}, 1, "h1", None, drawer.span())
@@ -208,6 +230,7 @@ class _Machine:
         self.started: set[str] = set()
         self.unready: set[str] = set()
         self.uncovered: set[int] = set()
+        self.succeeded: set[int] = set()
         self.final_states: list[dict[str, Any]] = []
         starts = [state for state in STATES if is_true(composition.precondition, state)]
         pending = [(self.begin(composition.body), tuple(start.items())) for start in starts]
@@ -236,6 +259,8 @@ class _Machine:
                 return ("any", self.begin(first), tuple(others))
             case RetriedPart(part=one, retry=retry):
                 return ("any", self.begin(one), (one,) * retry)
+            case HeldPart(part=one) | TimedPart(part=one):
+                return ("begin", part, self.begin(one))
             case _:
                 return ("fail",)
 
@@ -275,6 +300,18 @@ class _Machine:
                         yield ("any", after, others), changed
                     else:
                         yield ("any", self.begin(others[0]), others[1:]) if others else after, changed
+            case ("begin", part, inner):
+                begins = isinstance(part, TimedPart) or is_true(part.condition.term, state)
+                yield ("while", part, inner) if begins else "stopped", state
+            case ("while", part, inner):
+                condition = None if isinstance(part, TimedPart) else part.condition.term
+                yield from self.stopped(condition, state)
+                for after, changed in self.next(inner, state):
+                    yield from self.stopped(condition, changed)
+                    if condition is None or is_true(condition, changed):
+                        self.succeeded |= {part.span.start} if after == "done" else set()
+                        is_over = after in ("done", "stopped")
+                        yield after if is_over else ("while", part, after), changed
             case ("fail",):
                 yield "stopped", state
             case ("try", step, name, tries_left):
@@ -296,6 +333,15 @@ class _Machine:
                         ends[after] if after in ("done", "stopped") else ("handle", after, again, lost),
                         changed,
                     )
+
+    def stopped(
+        self, condition: t.Term | None, state: dict[str, Any]
+    ) -> Iterator[tuple[Process, dict[str, Any]]]:
+        """Yield the states that may be measured after a stop: what the condition reads has any value."""
+        read = sorted(t.variables_of(condition)) if condition is not None else []
+        for values in itertools.product(*(UNIT if name == "v" else (False, True) for name in read)):
+            for measured in UNIT:
+                yield "stopped", {**state, "v": measured, **dict(zip(read, values, strict=True))}
 
     def ended(self, step: Step, name: str, tries_left: int, outcome: Outcome) -> Iterator[Process]:
         if not outcome.failure:
@@ -325,6 +371,8 @@ def _uses(composition: Composition, skills: dict[str, Skill], branch: Part) -> t
         part = pending.pop()
         if isinstance(part, If):
             read |= t.variables_of(part.condition).keys()
+        if isinstance(part, HeldPart):
+            read |= t.variables_of(part.condition.term).keys()
         if isinstance(part, Step) and part.id not in seen:
             seen.add(part.id)
             skill = skills[part.skill]
@@ -355,18 +403,18 @@ def _refuted(module: Ecm, site: Site) -> tuple[set[str], set[str]]:
     return set(found), {id_ for id_, verdict in found.items() if verdict is not Verdict.PROVED}
 
 
-RUNS, RESOURCES, PAIRS, INTERFACES = Mix(), Mix(), Mix(), Mix()
+RUNS, STOPS, SIZES, RESOURCES, PAIRS, INTERFACES = Mix(), Mix(), Mix(), Mix(), Mix(), Mix()
 
 
-def _compare(composition: Composition, skills: dict[str, Skill]) -> None:
+def _compare(composition: Composition, skills: dict[str, Skill], mix: Mix) -> None:
     claims, refuted = _refuted(_module(skills, composition), _site())
     effects = {id_ for id_ in refuted if id_.endswith("/effects")}
-    RUNS.compare("AE860", proved=not effects, expected=not _interferes(composition, skills))
+    mix.compare("AE860", proved=not effects, expected=not _interferes(composition, skills))
     if effects or any("/resources/" in id_ for id_ in refuted):
         assert not any(id_.endswith("/reachable") for id_ in claims)
         return
     startable = any(is_true(composition.precondition, state) for state in STATES)
-    RUNS.compare("AE855", proved="composition/c/can-start" not in refuted, expected=startable)
+    mix.compare("AE855", proved="composition/c/can-start" not in refuted, expected=startable)
     machine = _Machine(composition, skills)
     numbers = {
         number: part.span.start
@@ -374,16 +422,22 @@ def _compare(composition: Composition, skills: dict[str, Skill]) -> None:
     }
     uncovered = {int(id_.split("/")[2][3:]) for id_ in refuted if "/covers" in id_}
     assert {numbers[number] for number in uncovered} == machine.uncovered
-    RUNS.compare("AE857", proved=not uncovered, expected=not machine.uncovered)
+    mix.compare("AE857", proved=not uncovered, expected=not machine.uncovered)
     unready = {id_.removeprefix("composition/c/").split("/ready")[0] for id_ in refuted if "/ready" in id_}
     assert unready == machine.unready
-    RUNS.compare("AE851", proved=not unready, expected=not machine.unready)
+    mix.compare("AE851", proved=not unready, expected=not machine.unready)
     if startable:
         names = {step.id for step in steps_of(composition.body)}
         names |= {f"handler/{name}" for name in composition.handlers}
         never = {id_.split("/", 2)[2].removesuffix("/reachable") for id_ in refuted if "/reachable" in id_}
         assert never == names - machine.started
-        RUNS.compare("AE855", proved=not never, expected=names <= machine.started)
+        mix.compare("AE855", proved=not never, expected=names <= machine.started)
+        parts = [one for one in walk_parts(composition.body) if isinstance(one, StoppablePart)]
+        failing = {int(id_.split("/")[2][5:]) for id_ in refuted if id_.endswith("/can-succeed")}
+        spans = {one.span.start for one in parts}
+        assert {parts[number - 1].span.start for number in failing} == spans - machine.succeeded
+        if parts:
+            mix.compare("AE863", proved=not failing, expected=spans <= machine.succeeded)
 
 
 def test_a_composition_is_refused_exactly_where_some_run_goes_wrong() -> None:
@@ -394,7 +448,49 @@ def test_a_composition_is_refused_exactly_where_some_run_goes_wrong() -> None:
 @bounded
 @given(_compositions(), _skills())
 def _composition_is_judged(composition: Composition, skills: dict[str, Skill]) -> None:
-    _compare(composition, skills)
+    _compare(composition, skills, RUNS)
+
+
+def test_parts_that_may_be_stopped_are_judged_by_all_their_runs() -> None:
+    _stoppable_parts_are_judged()
+    assert min(STOPS.count("AE851"), STOPS.count("AE855"), STOPS.count("AE863")) > 4
+
+
+@bounded
+@given(_compositions(has_stops=True), _skills())
+def _stoppable_parts_are_judged(composition: Composition, skills: dict[str, Skill]) -> None:
+    _compare(composition, skills, STOPS)
+
+
+@examples(60, report_multiple_bugs=False)
+@given(st.integers(96, 104), st.integers(15, 24), st.integers(0, 2), st.integers(0, 4), st.booleans())
+def _sizes_are_judged(steps: int, depth: int, tries: int, handlers: int, is_deep: bool) -> None:
+    spans = (TEXT.span(number, number + 1) for number in range(1000))
+    names = [f"h{number}" for number in range(handlers)]
+    chain = {
+        name: Step(name, "s0", {}, {}, 0, None, following, next(spans))
+        for name, following in zip(names, [*names[1:], None][: len(names)], strict=True)
+    }
+    first = names[0] if names else "stop"
+    last = [Step(f"s{n}", "s0", {}, {}, 0, None, first, next(spans)) for n in range(1 if is_deep else steps)]
+    body: Part = Seq(tuple(last))
+    for _ in range(depth - 1 if is_deep else 0):
+        body = TimedPart(body, next(spans), True, Fraction(1))
+    for _ in range(0 if is_deep else tries):
+        body = RetriedPart(body, 2, next(spans))
+    composition = Composition("c", t.TRUE, None, body, chain, next(spans))
+    skill = _skill("s0", None, [Outcome("done", {}, False, None, None)])
+    module = _module({"s0": skill}, composition)
+    found = {str(one.id): one for one in composition_obligations(module, _site())}
+    claim = found["composition/c/fits-plan"]
+    assert isinstance(claim, StaticClaim)
+    refused = verify_plan(composition_to_graph(composition, "module"), {"module": module}, _site())
+    SIZES.compare("AE864", proved=claim.diagnostic is None, expected=refused == [])
+
+
+def test_a_composition_is_too_large_exactly_where_the_agent_refuses_it() -> None:
+    _sizes_are_judged()
+    SIZES.assert_both("AE864")
 
 
 def test_an_interface_is_refused_exactly_where_some_start_or_some_success_breaks_it() -> None:
@@ -477,7 +573,7 @@ def _resources_are_judged(composition: Composition, skills: dict[str, Skill]) ->
             case If(then=then, otherwise=otherwise):
                 yield from choices(then)
                 yield from () if otherwise is None else choices(otherwise)
-            case Fallback() | RetriedPart() | FailingPart():
+            case Fallback() | RetriedPart() | StoppablePart() | FailingPart():
                 yield ()
                 body: Part = part
                 for inner in children_of(body):
@@ -639,10 +735,10 @@ def test_a_handler_after_the_last_try_is_noticed(monkeypatch: pytest.MonkeyPatch
     handler = Step("h", "s1", {}, {}, 0, None, None, TEXT.span(1, 2))
     body = Step("step", "s0", {}, {}, 1, "h", None, TEXT.span(2, 3))
     composition = Composition("c", t.Not(Q), TEXT.span(3, 4), body, {"h": handler}, TEXT.span(4, 5))
-    _compare(composition, skills)
+    _compare(composition, skills, RUNS)
     monkeypatch.setattr(symbolic_paths.PathExploration, "_step", always_handled)
     with pytest.raises(AssertionError):
-        _compare(composition, skills)
+        _compare(composition, skills, RUNS)
 
 
 def test_branches_that_wait_for_each_other_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -664,10 +760,10 @@ def test_branches_that_wait_for_each_other_are_noticed(monkeypatch: pytest.Monke
     guarded = If(P, "", second, first, TEXT.span(3, 4))
     body = Par((guarded, third), TEXT.span(4, 5))  # the third starts also where the first fails
     composition = Composition("c", t.TRUE, None, body, {}, TEXT.span(5, 6))
-    _compare(composition, skills)
+    _compare(composition, skills, RUNS)
     monkeypatch.setattr(symbolic_paths.PathExploration, "_par", in_sequence)
     with pytest.raises(AssertionError):
-        _compare(composition, skills)
+        _compare(composition, skills, RUNS)
 
 
 @pytest.mark.deep

@@ -16,7 +16,18 @@ from aeros.spec.expr.types import BOOL, RealType, Type
 from aeros.spec.expr.units import LENGTH, NUMBER
 from aeros.spec.model.composition import Composition, OutputReference, Part, Step
 from aeros.spec.model.ecm import Outcome, Skill
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of, walk_parts
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    StoppablePart,
+    TimedPart,
+    steps_of,
+    walk_parts,
+)
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.data_flow import data_obligations
@@ -32,7 +43,7 @@ def _bodies(draw: st.DrawFn) -> Part:
     numbers = itertools.count(1)
 
     def part(depth: int) -> Part:
-        forms = ["step", "seq", "seq", "par", "if", "any", "again"]
+        forms = ["step", "seq", "seq", "par", "if", "any", "again", "within"]
         form = draw(st.sampled_from(forms)) if depth else "step"
         at = next(numbers)
         span = TEXT.span(at, at + 1)
@@ -43,6 +54,8 @@ def _bodies(draw: st.DrawFn) -> Part:
             return If(P, "p", part(depth - 1), otherwise, span)
         if form == "again":
             return RetriedPart(part(depth - 1), 1, span)
+        if form == "within":
+            return TimedPart(part(depth - 1), span, True, Fraction(1))
         if form == "any":
             return Fallback((part(depth - 1), draw(st.sampled_from([part(depth - 1), Seq(())]))), span)
         inner = tuple(part(depth - 1) for _ in range(2))
@@ -65,9 +78,9 @@ def _with(part: Part, flows: dict[str, OutputReference]) -> Part:
             return replace(part, then=_with(then, flows), otherwise=other)
         case Fallback(parts=inner):
             return replace(part, parts=tuple(_with(one, flows) for one in inner))
-        case RetriedPart(part=one):
+        case RetriedPart(part=one) | TimedPart(part=one):
             return replace(part, part=_with(one, flows))
-        case FailingPart():
+        case FailingPart() | StoppablePart():
             return part
 
 
@@ -88,7 +101,7 @@ def _runs(part: Part) -> Iterator[tuple[str, ...]]:
         case Fallback(parts=inner):
             for way in inner:
                 yield from _runs(way)
-        case RetriedPart(part=again):
+        case RetriedPart(part=again) | TimedPart(part=again):
             yield from _runs(again)
 
 
@@ -177,16 +190,22 @@ def test_an_unhandled_failure_is_refused_exactly_where_it_can_occur() -> None:
 
 
 @bounded
-@given(_OUTCOMES, st.integers(0, 1), st.sampled_from([None, "stop", "h0"]))
-def _failures_are_judged(outcomes: list[tuple[bool, Fraction | None]], retry: int, last: str | None) -> None:
+@given(_OUTCOMES, st.integers(0, 1), st.sampled_from([None, "stop", "h0"]), st.booleans(), st.booleans())
+def _failures_are_judged(
+    outcomes: list[tuple[bool, Fraction | None]], retry: int, last: str | None, stops: bool, tolerated: bool
+) -> None:
     ends = [Outcome(f"o{n}", {}, failure, chance, None) for n, (failure, chance) in enumerate(outcomes)]
     skill = _skill("s0", None, [Outcome("done", {}, False, None, None), *ends])
     step = Step("step", "s0", {}, {}, retry, None, last, SPAN)
     handler = Step("h0", "s0", {}, {}, 0, None, "stop", TEXT.span(1, 2))
-    found = _settled(step, {"s0": skill}, {"h0": handler})["step/handled"]
-    silent = retry == 0 and last is None
+    part: Part = TimedPart(step, SPAN, stops, Fraction(1))
+    part = Fallback((part, Seq(())), SPAN) if tolerated else part
+    found = _settled(part, {"s0": skill}, {"h0": handler})
+    silent = retry == 0 and last is None and not tolerated
     unsaid = [one for one in ends if silent and one.failure and one.probability != 0]
-    FAILURES.compare("AE854", proved=found.diagnostic is None, expected=not unsaid)
+    FAILURES.compare("AE854", proved=found["step/handled"].diagnostic is None, expected=not unsaid)
+    handled = found["part-1/handled"].diagnostic is None
+    FAILURES.compare("AE854", proved=handled, expected=stops or tolerated)
 
 
 def test_handlers_are_refused_exactly_where_failures_could_go_on_for_ever() -> None:
@@ -244,9 +263,9 @@ def _actuators_are_judged(body: Part, moved: list[frozenset[str]], data: st.Data
                 return replace(part, then=filled(then), otherwise=None if other is None else filled(other))
             case Fallback(parts=inner):
                 return replace(part, parts=tuple(map(filled, inner)))
-            case RetriedPart(part=one):
+            case RetriedPart(part=one) | TimedPart(part=one):
                 return replace(part, part=filled(one))
-            case FailingPart():
+            case FailingPart() | StoppablePart():
                 return part
 
     body = filled(body)

@@ -31,6 +31,13 @@ def test_the_benchmark_of_verify_runs() -> None:
 
 
 @pytest.mark.deep
+def test_the_benchmark_of_swaps_runs() -> None:
+    found = _run("registry.swap")
+    rows = [found["shipped"], found["synthetic"]["2"]]
+    assert [set(row) for row in rows] == [{"install", "configure", "activate", "gate", "swap"}] * 2
+
+
+@pytest.mark.deep
 def test_the_benchmark_of_random_starts_counts_what_runs_record() -> None:
     found = _run("starts", "wipe the left half of the table", "--plant", "kinematic")
     assert (found["runs"], len(found["each"])) == (1, 1)
@@ -75,7 +82,10 @@ def test_the_benchmark_of_the_monitors_runs_and_aeros_knows_nothing_of_what_is_m
         ("monitors", "benchmarks-gate.md"),
         ("symbolic", "benchmarks.md"),
         ("plant", "benchmarks.md"),
+        ("registry.swap", "benchmarks.md"),
         ("engines.sim_to_sim", "plants.md"),
+        ("external.is_bench", "benchmarks-external.md"),
+        ("external.armguard", "benchmarks-external.md"),
     ],
 )
 def test_each_benchmark_is_published_with_how_to_rerun_it(name: str, page: str) -> None:

@@ -59,6 +59,8 @@ class AttemptResult:
         is_composed: it was a run of a composition, whose steps have records of their own.
         is_repeated: it failed as it did before in the same state, which chance does not explain, and is not
             tried again.
+        is_stop: it was cancelled with a part of the plan, or not started for that, and ended in a known state
+            that no proof excludes.
         is_verdict: its outcome says, for the second time, why no other try can succeed.
         pause_s: time that is to pass before another plan, plant seconds.
         wait: what may allow it later, after a denial or where it could not start; None if nothing may.
@@ -76,6 +78,7 @@ class AttemptResult:
     is_verdict: bool = False
     pause_s: float = 0.0
     wait: Wait | None = None
+    is_stop: bool = False
 
     @property
     def final_words(self) -> str:

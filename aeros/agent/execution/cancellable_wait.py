@@ -26,6 +26,11 @@ class CancellableWait:
         self.was_cancelled = False
         self._runtime = runtime
 
+    @property
+    def now(self) -> float:
+        """Plant time, s."""
+        return self._runtime.now()
+
     def until(self, time: float) -> EndedStep | None:
         """Wait for the next step to end.
 

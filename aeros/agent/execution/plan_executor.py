@@ -19,6 +19,7 @@
   When one fails for good the whole `par` has failed and nothing follows (as in `flow.paths`): the other
   branches start nothing more and their running steps are cancelled. The `par` ends when they have ended.
 - An alternative of a fallback, or another try of a part, follows a declared failure (`alternatives`).
+- A part under a held condition or with a timeout is stopped and fails once that breaks (`part_stops`).
 - Once the goal is reached nothing more starts; running steps end by themselves.
 
 - An input may use an output of a step that has succeeded; if that output is missing, the step fails.
@@ -29,50 +30,41 @@ A branch is a generator that yields while one of its steps runs and is sent ever
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Generator, Mapping, Sequence
 from functools import partial
 from math import inf
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from aeros.agent.execution.alternatives import run_alternatives
 from aeros.agent.execution.attempt import AttemptResult, RunningAttempt
 from aeros.agent.execution.dispatcher import ChosenComposition
 from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.part_stops import (
+    PartStops,
+    PlanFailure,
+    StopScope,
+    failure_of_attempt,
+    result_of_composition,
+    run_stoppable,
+    undecided_failure,
+    worse_failure,
+)
 from aeros.agent.execution.progress import PlanProgress, StepPath, UnfinishedAttempt
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.step_attempt import StepRunner
-from aeros.agent.execution.waiting import Wait
 from aeros.agent.planning.compositions import chosen_composition
 from aeros.agent.planning.task_graph import Part, PlanStep
 from aeros.agent.world.definitions import unmet_with_definitions
-from aeros.agent.world.values import to_json_value
-from aeros.runtime.ports import EndedStep, StepHandle
-from aeros.spec.model.cause import Cause
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
-
-
-@dataclass(frozen=True, slots=True)
-class PlanFailure:
-    """The reason that a plan, or a step, went no further.
-
-    Attributes:
-        reason: reason in words.
-        is_final: planning again cannot help.
-        wait: what may change so that planning again helps later; None if nothing is waited for.
-        pause_s: time that is to pass before another plan, plant seconds.
-        is_declared: a step ended as it declares that it may, or could not start.
-        causes: the values behind predicates by definition that decide no branch, as data.
-    """
-
-    reason: str
-    is_final: bool = False
-    wait: Wait | None = None
-    pause_s: float = 0.0
-    is_declared: bool = field(default=False, compare=False)
-    causes: tuple[Cause, ...] = ()
-
+from aeros.runtime.ports import EndedStep
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    StoppablePart,
+)
 
 _AFTER_LAST: Final = 0
 """Place of what follows the last attempt of a step; what runs between two has the number of the first."""
@@ -80,27 +72,7 @@ _AFTER_LAST: Final = 0
 _Branch = Generator[None, EndedStep, PlanFailure | None]
 """Rest of a part's execution; returns None once the part is done, else the failure that ended it."""
 
-
-@dataclass
-class _CancelScope:
-    """Branches that are cancelled together, and the scopes inside them.
-
-    Attributes:
-        cancel_reason: why nothing in this scope may start any more; None if it may.
-        running: steps that are running.
-        children: scopes of the `par`s inside.
-    """
-
-    cancel_reason: str | None = None
-    running: set[StepHandle] = field(default_factory=set)
-    children: list[_CancelScope] = field(default_factory=list)
-
-    def cancel(self, reason: str) -> Iterator[StepHandle]:
-        """Forbid further starts in this scope and yield its running steps."""
-        self.cancel_reason = self.cancel_reason or reason
-        yield from sorted(self.running)
-        for scope in self.children:
-            yield from scope.cancel(reason)
+_Scope: TypeAlias = StopScope
 
 
 class PlanExecutor:
@@ -122,11 +94,11 @@ class PlanExecutor:
         self._attempts = attempts
         self._journal = journal
         self._is_over = is_goal_reached
+        self._stops = PartStops(attempts, is_goal_reached)
         self.until = deadline
-        self.denied: set[str] = set()
+        self.timed_out, self.denied = False, set[str]()
         self._progress = PlanProgress()
         self._outputs: dict[str, Mapping[str, Any]] = {}
-        self.timed_out = False
 
     def run(self, part: Part, progress: PlanProgress | None = None) -> PlanFailure | None:
         """Execute a plan until it is done, fails, or the goal is reached.
@@ -140,7 +112,7 @@ class PlanExecutor:
         """
         self._outputs.clear()
         self._progress = progress or PlanProgress()
-        scope = _CancelScope()
+        scope = StopScope()
         branch, until = self._run_part(part, scope, (), StepRole.STEP), self.until
         ended = None
         while True:
@@ -149,13 +121,13 @@ class PlanExecutor:
             except StopIteration as done:
                 end: PlanFailure | None = done.value
                 return end
-            while (ended := self._attempts.wait(until)) is None:
+            while (ended := self._stops.wait(scope, until)) is None:
                 until, self.timed_out = inf, True
-                self._cancel(scope, "the time limit of the task has passed")
+                self._stops.cancel(scope, "the time limit of the task has passed")
 
     # Parts.
 
-    def _run_part(self, part: Part, scope: _CancelScope, path: StepPath, role: StepRole) -> _Branch:
+    def _run_part(self, part: Part, scope: _Scope, path: StepPath, role: StepRole) -> _Branch:
         """Run a part; `role` is that of the first try of each of its steps."""
         match part:
             case PlanStep():
@@ -170,21 +142,19 @@ class PlanExecutor:
                 return self._run_alternatives([(one, role) for one in parts], scope, path)
             case RetriedPart(part=one, retry=retry):
                 return self._run_alternatives([(one, role), *[(one, StepRole.RETRY)] * retry], scope, path)
+            case StoppablePart():
+                return self._run_stoppable(part, scope, path, role)
             case FailingPart(text=text):
                 return self._fail_at_once(text)
 
-    def _run_sequence(
-        self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath, role: StepRole
-    ) -> _Branch:
+    def _run_sequence(self, parts: tuple[Part, ...], scope: _Scope, at: StepPath, role: StepRole) -> _Branch:
         for number, part in enumerate(parts):
             end = yield from self._run_part(part, scope, (*at, number), role)
             if end is not None:
                 return end
         return None
 
-    def _run_conditional(
-        self, part: If[PlanStep], scope: _CancelScope, at: StepPath, role: StepRole
-    ) -> _Branch:
+    def _run_conditional(self, part: If[PlanStep], scope: _Scope, at: StepPath, role: StepRole) -> _Branch:
         if self._is_over():
             return None
         holds = self._progress.branch_choices.get(at)
@@ -197,12 +167,10 @@ class PlanExecutor:
         if holds is False and part.otherwise is not None:
             return (yield from self._run_part(part.otherwise, scope, (*at, 1), role))
         world, modules = self._attempts.world, self._attempts.active_modules()
-        why, behind = unmet_with_definitions(world, part.condition, modules)
-        reason = f"the plan does not say how to continue if `{part.text}` is not met: {why}"
-        return PlanFailure(reason, causes=behind)
+        return undecided_failure(part.text, *unmet_with_definitions(world, part.condition, modules))
 
     def _run_alternatives(
-        self, parts: Sequence[tuple[Part, StepRole]], scope: _CancelScope, at: StepPath
+        self, parts: Sequence[tuple[Part, StepRole]], scope: _Scope, at: StepPath
     ) -> _Branch:
         starts = [
             partial(self._run_part, part, scope, (*at, number), role)
@@ -214,10 +182,20 @@ class PlanExecutor:
         yield from ()
         return None if self._is_over() else PlanFailure(f"`{text}` is not met", is_declared=True)
 
-    def _run_parallel(
-        self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath, role: StepRole
+    def _run_stoppable(
+        self, part: StoppablePart[PlanStep], scope: _Scope, at: StepPath, role: StepRole
     ) -> _Branch:
-        inner = _CancelScope(scope.cancel_reason)
+        inner = StopScope(scope, cancel_reason=scope.cancel_reason)
+        failure = self._stops.begin(part, inner, at, self._progress)
+        if failure is None:
+            start = partial(self._run_part, part.part, inner, (*at, 0), role)
+            failure = yield from run_stoppable(inner, start)
+        if failure is None:
+            self._progress.mark_done(at)
+        return failure
+
+    def _run_parallel(self, parts: tuple[Part, ...], scope: _Scope, at: StepPath, role: StepRole) -> _Branch:
+        inner = StopScope(scope, cancel_reason=scope.cancel_reason)
         scope.children.append(inner)
         running = [self._run_part(part, inner, (*at, number), role) for number, part in enumerate(parts)]
         failure: PlanFailure | None = None
@@ -228,21 +206,17 @@ class PlanExecutor:
                     _resume_branch(branch, ended)
                 except StopIteration as done:
                     running.remove(branch)
-                    if done.value is not None and failure is None:
-                        failure = done.value
-                        self._cancel(inner, f"a parallel branch failed: {failure.reason}")
+                    first, failure = failure, worse_failure(failure, done.value)
+                    if first is None and failure is not None:
+                        self._stops.cancel(inner, f"a parallel branch failed: {failure.reason}")
             if running:
                 ended = yield
         scope.children.remove(inner)
         return failure
 
-    def _cancel(self, scope: _CancelScope, reason: str) -> None:
-        for handle in scope.cancel(reason):
-            self._attempts.cancel(handle, reason)
-
     # Steps.
 
-    def _run_step(self, step: PlanStep, scope: _CancelScope, at: StepPath, role: StepRole) -> _Branch:
+    def _run_step(self, step: PlanStep, scope: _Scope, at: StepPath, role: StepRole) -> _Branch:
         if self._progress.is_done(at):
             self._store_outputs(step, self._progress.last_result(at))
             return None
@@ -254,7 +228,7 @@ class PlanExecutor:
             return None
         return (yield from self._run_attempt(role, step, scope, at))
 
-    def _run_attempt(self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
+    def _run_attempt(self, role: StepRole, step: PlanStep, scope: _Scope, at: StepPath) -> _Branch:
         attempt = self._progress.last_result(at)
         if attempt is None or self._progress.alternative(at):
             attempt = yield from self._invoke(role, step, scope, at)
@@ -279,27 +253,28 @@ class PlanExecutor:
         if not attempt.failed or (attempt.is_retryable and self._is_done(step)):
             self._progress.mark_done(at)
             return None
-        failure = _failure_of(step, attempt, self.denied)
+        failure = failure_of_attempt(step, attempt, self.denied)
         return (yield from self._fail(step, failure, scope, at)) if has_failed else failure
 
-    def _fail(self, step: PlanStep, failure: PlanFailure, scope: _CancelScope, at: StepPath) -> _Branch:
+    def _fail(self, step: PlanStep, failure: PlanFailure, scope: _Scope, at: StepPath) -> _Branch:
         """Run what follows the last attempt of a step; return the failure of the step."""
         if not failure.is_declared or self._is_over():
             return failure
         end = yield from self._run_recovery(step.on_failure, scope, (*at, _AFTER_LAST))
         return failure if end is None or end.is_declared else end
 
-    def _run_recovery(self, recovery: PlanStep | None, scope: _CancelScope, at: StepPath) -> _Branch:
+    def _run_recovery(self, recovery: PlanStep | None, scope: _Scope, at: StepPath) -> _Branch:
         """Run a recovery, if there is one that was not run yet."""
         if recovery is None or self._progress.is_done(at):
             return None
         return (yield from self._run_attempt(StepRole.RECOVERY, recovery, scope, at))
 
     def _invoke(
-        self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath
+        self, role: StepRole, step: PlanStep, scope: _Scope, at: StepPath
     ) -> Generator[None, EndedStep, AttemptResult]:
+        self._stops.before_step(scope)
         if scope.cancel_reason is not None:
-            return AttemptResult(failed=True, reason=f"cancelled: {scope.cancel_reason}")
+            return AttemptResult(failed=True, reason=f"cancelled: {scope.cancel_reason}", is_stop=True)
         if self._progress.alternative(at):
             return (yield from self._run_composition(role, step, scope, at))
         inputs = _filled_inputs(step, self._outputs)
@@ -307,7 +282,7 @@ class PlanExecutor:
             return AttemptResult(failed=True, reason=inputs)
         before, head = self._attempts.world.predicates, self._attempts.audit_head
         self._progress.start_attempt(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))
-        started = self._attempts.start(role, step.module, step.skill, inputs)
+        started = self._attempts.start(role, step.module, step.skill, inputs, scope.held)
         if isinstance(started, ChosenComposition):
             self._progress.choose_alternative(at, started.name)
             return (yield from self._run_composition(role, step, scope, at))
@@ -322,10 +297,11 @@ class PlanExecutor:
                 attempt = self._attempts.finish(started.pending, ended.result)
                 self._progress.finish_attempt(at, attempt)
                 self._store_outputs(step, attempt)
+                self._stops.after_step(scope, ended.result)
                 return attempt
 
     def _run_composition(
-        self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath
+        self, role: StepRole, step: PlanStep, scope: _Scope, at: StepPath
     ) -> Generator[None, EndedStep, AttemptResult]:
         """Run the composition that was chosen for a step, or what is left of it, as one attempt."""
         count, chosen = self._progress.attempt_count(at), self._progress.alternative(at)
@@ -335,7 +311,7 @@ class PlanExecutor:
         else:
             first = role if count == 1 else StepRole.RETRY
             end = yield from self._run_part(body, scope, (*at, -count), first)
-            attempt = _composed_result(end)
+            attempt = result_of_composition(end)
         if not attempt.ends_run:  # else a resumed run goes on inside it
             self._progress.finish_attempt(at, attempt)
         return attempt
@@ -351,41 +327,6 @@ class PlanExecutor:
         return step.unless is not None and self._attempts.world.truth_by_known_values(step.unless) is True
 
 
-def _failure_of(step: PlanStep, attempt: AttemptResult, denied: set[str]) -> PlanFailure:
-    """Return the failure of a step; note a denied request, as its second denial is final."""
-    if attempt.is_composed:
-        return PlanFailure(
-            attempt.reason,
-            attempt.ends_run,
-            attempt.wait,
-            attempt.pause_s,
-            is_declared=attempt.is_retryable,
-        )
-    ran_by = step if attempt.record is None else attempt.record  # a capability may be of another module
-    name = f"`{ran_by.module}.{ran_by.skill}`"
-    if attempt.is_halted:
-        return PlanFailure(f"{name} was stopped: {attempt.reason}", is_final=True)
-    if attempt.ends_run:
-        return PlanFailure(f"{name} {attempt.final_words}: {attempt.reason}", is_final=True)
-    if not attempt.is_denied:
-        ran = attempt.record is not None
-        return PlanFailure(
-            f"{name} failed: {attempt.reason}",
-            wait=attempt.wait,
-            pause_s=attempt.pause_s,
-            is_declared=attempt.is_retryable or not ran,
-        )
-    why = attempt.reason.removeprefix("denied: ")
-    if attempt.is_transient:
-        return PlanFailure(f"{name} was denied: {why}", wait=attempt.wait)
-    inputs = {key: to_json_value(value) for key, value in step.inputs.items()}
-    request = json.dumps([ran_by.module, ran_by.skill, inputs], sort_keys=True)
-    if request in denied:
-        return PlanFailure(f"{name} was denied a second time: {why}", is_final=True)
-    denied.add(request)
-    return PlanFailure(f"{name} was denied: {why}")
-
-
 def _filled_inputs(step: PlanStep, outputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any] | str:
     """Return the inputs of a step with outputs of earlier steps, or the reason that one is missing."""
     inputs = dict(step.inputs)
@@ -394,21 +335,6 @@ def _filled_inputs(step: PlanStep, outputs: Mapping[str, Mapping[str, Any]]) -> 
             return f"its input `{name}` takes `{source}.{output}`, which is missing"
         inputs[name] = outputs[source][output]
     return inputs
-
-
-def _composed_result(end: PlanFailure | None) -> AttemptResult:
-    """Return the result of an attempt that ran a composition to its end."""
-    if end is None:
-        return AttemptResult(failed=False, reason="", is_composed=True)
-    return AttemptResult(
-        True,
-        end.reason,
-        is_retryable=end.is_declared,
-        ends_run=end.is_final,
-        is_composed=True,
-        pause_s=end.pause_s,
-        wait=end.wait,
-    )
 
 
 def _resume_branch(branch: _Branch, ended: EndedStep | None) -> None:

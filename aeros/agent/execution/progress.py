@@ -62,6 +62,7 @@ class PlanProgress:
     Attributes:
         attempts: attempts by step path.
         done_paths: step paths where nothing is left to do.
+        part_starts: plant time (s) at which each part with a timeout began.
         branch_choices: for each `if` that was decided, True if `then` is followed; False for an alternative
             that has failed.
         on_change: called after a change that a resumed agent must know of.
@@ -70,6 +71,7 @@ class PlanProgress:
     attempts: dict[StepPath, AttemptHistory] = field(default_factory=dict)
     done_paths: set[StepPath] = field(default_factory=set)
     branch_choices: dict[StepPath, bool] = field(default_factory=dict)
+    part_starts: dict[StepPath, float] = field(default_factory=dict)
     on_change: Callable[[], None] = lambda: None
 
     def attempt_count(self, at: StepPath) -> int:
@@ -177,6 +179,21 @@ class PlanProgress:
         """
         self.branch_choices[at] = then
         self.on_change()
+
+    def begin_part(self, at: StepPath, now: float) -> float:
+        """Record the start of a part with a timeout, unless it began before.
+
+        Args:
+            at: step path of the part.
+            now: plant time, s.
+
+        Returns:
+            Plant time at which it began, s.
+        """
+        if at not in self.part_starts:
+            self.part_starts[at] = now
+            self.on_change()
+        return self.part_starts[at]
 
     def mark_failed(self, at: StepPath, number: int) -> None:
         """Record that an alternative has failed and the next one is due.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from aeros.agent.execution.after_failure import FailureRules
@@ -32,7 +33,7 @@ from aeros.agent.world.values import CachingConverter, to_json_value
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import EndedStep, LogHead, Runtime, StepHandle, StepResult, StepStatus
 from aeros.spec.model.cause import Cause, causes_to_json
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.ecm import ActionCondition, Ecm
 
 
 class StepRunner:
@@ -145,7 +146,12 @@ class StepRunner:
         self._runtime.cancel(handle, reason)
 
     def start(
-        self, role: StepRole, module: str, skill: str, inputs: Mapping[str, Any]
+        self,
+        role: StepRole,
+        module: str,
+        skill: str,
+        inputs: Mapping[str, Any],
+        held: tuple[ActionCondition, ...] = (),
     ) -> RunningAttempt | AttemptResult | ChosenComposition:
         """Start a skill if it is active and its precondition is measured as true now.
 
@@ -154,6 +160,7 @@ class StepRunner:
             module: id of the module.
             skill: skill or capability of the module.
             inputs: inputs by name (SI).
+            held: conditions of the parts of the plan around it, which the runtime holds while it runs.
 
         Returns:
             The running attempt, its result if it did not start or ended at once, or the composition that was
@@ -166,6 +173,8 @@ class StepRunner:
         record_provider_choice(self._journal, module, skill, dispatch)
         if isinstance(dispatch, ChosenComposition):
             return dispatch
+        if held:
+            dispatch = replace(dispatch, request=replace(dispatch.request, held=held))
         request = dispatch.request
         barred = self.bars.reason_not_to_start(request.module, dispatch.skill, request.inputs, self.world)
         if barred is not None:
@@ -212,7 +221,8 @@ class StepRunner:
         request = dispatch.request
         ended = self._runtime.now()
         after = self.observe()
-        judgement = assess_step(request.module, dispatch.skill, result, after, pending.episode_start.before)
+        before = pending.episode_start.before
+        judgement = assess_step(request.module, dispatch.skill, result, after, before, request.held)
         self.planning_memory.note(after)
         causes = causes_to_json(judgement.causes)
         self._failures += judgement.causes
@@ -232,7 +242,7 @@ class StepRunner:
         if judgement.is_undeclared:
             record_broken_assumption(
                 *(self._journal, self._runtime, dispatch, result, judgement),
-                before=pending.episode_start.before,
+                before=before,
                 after=after,
                 ends_run=stops,
             )

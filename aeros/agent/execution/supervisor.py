@@ -6,7 +6,7 @@ skill did what was assumed in its proofs. All functions are pure.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -94,7 +94,12 @@ def _unmet_cause(
 
 
 def assess_step(
-    module: str, skill: Skill, result: StepResult, after: WorldModel, before: Mapping[str, Any] | None = None
+    module: str,
+    skill: Skill,
+    result: StepResult,
+    after: WorldModel,
+    before: Mapping[str, Any] | None = None,
+    held: Sequence[ActionCondition] = (),
 ) -> StepAssessment:
     """Find the declared outcome that `after` shows, and decide if the step failed.
 
@@ -108,6 +113,7 @@ def assess_step(
         result: result that the runtime gives.
         after: world measured after the step.
         before: predicates measured when it started, as JSON values; None if unknown.
+        held: conditions of the parts of a plan around the step.
 
     Returns:
         The assessment, with the causes of a failure.
@@ -128,9 +134,9 @@ def assess_step(
         return StepAssessment(None, True, False, reason, (*causes, cause), is_unknown=outcome is None)
     if outcome is None:
         if (
-            result.status is StepStatus.HOLD_LOST
+            result.status in (StepStatus.HOLD_LOST, StepStatus.CANCELLED)
             and before is not None
-            and _is_expected_after_hold_failure(skill, before, after)
+            and _is_expected_after_halt(skill, before, after, held)
         ):
             return StepAssessment(None, True, False, halted, causes)
         reason = "; ".join(filter(None, (halted, "the measured state matches no declared outcome")))
@@ -205,13 +211,16 @@ def _undetermined_outcome(
     return None
 
 
-def _is_expected_after_hold_failure(skill: Skill, before: Mapping[str, Any], after: WorldModel) -> bool:
-    """Return True if the state after a lost hold-condition is one that the proofs cover (`spec.holds`).
+def _is_expected_after_halt(
+    skill: Skill, before: Mapping[str, Any], after: WorldModel, held: Sequence[ActionCondition]
+) -> bool:
+    """Return True if the state after a halt is one that the proofs cover (`spec.model.hold_conditions`).
 
-    That is the state before, or one with the effects of an outcome; variables that the condition reads are
+    That is the state before, or one with the effects of an outcome; what a condition reads that was held is
     free.
     """
-    read = t.variables_of(skill.hold_condition.term) if skill.hold_condition is not None else {}
+    conditions = [one for one in (skill.hold_condition, *held) if one is not None]
+    read = {name: one for clause in conditions for name, one in t.variables_of(clause.term).items()}
     outcomes: list[Mapping[str, Any]] = [{}]
     outcomes += [state_after(one.effects, before) for one in skill.outcomes.values() if one.probability != 0]
     names = {name for effects in outcomes for name in effects} - read.keys()

@@ -19,7 +19,7 @@ import json
 from collections.abc import Mapping
 from typing import Any, Final
 
-from aeros.agent.planning.task_graph import MAX_DEPTH, MAX_STEPS, PLAN_SPAN, Part, PlanStep, TaskGraph
+from aeros.agent.planning.task_graph import PLAN_SPAN, Part, PlanStep, TaskGraph
 from aeros.agent.world.values import to_json_value
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.elaborate.scopes import argument_scope
@@ -30,7 +30,7 @@ from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL
 from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, Seq
+from aeros.spec.model.step_graph import MAX_DEPTH, MAX_STEPS, If, Seq
 
 _MAX_TEXT_CHARS: Final = 2000
 

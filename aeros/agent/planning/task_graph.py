@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 from itertools import islice
 from typing import Any, Final, TypeAlias, cast
 
@@ -21,30 +22,27 @@ from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model import composition as spec
 from aeros.spec.model import step_graph as parts
-from aeros.spec.model.ecm import Ecm, Skill, owner_of
+from aeros.spec.model.ecm import ActionCondition, Ecm, Skill, owner_of
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import (
+    MAX_DEPTH,
+    MAX_RUNS,
     FailingPart,
     Fallback,
+    HeldPart,
     If,
     Par,
     RetriedPart,
     Seq,
+    StoppablePart,
+    TimedPart,
     children_of,
     map_graph_steps,
+    plan_size_fault,
     steps_of,
     walk_parts,
 )
 from aeros.spec.obligations.parallel import interference_claims
-
-MAX_STEPS: Final = 100
-"""The most steps of one plan: with the caps on retries and re-plans it bounds every run."""
-
-MAX_RUNS: Final = 1000
-"""The most steps of one plan together with the steps that failures lead to, each as often as it is used."""
-
-MAX_DEPTH: Final = 20
-"""Largest nesting depth of a plan's parts, and of a failure that leads to a step that may fail."""
 
 MAX_REMARK_CHARS: Final = 4000
 
@@ -166,16 +164,17 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
         return ["a branch of a `par` has no step"]
     if not graph.steps:
         return ["the plan is empty, but the goal is not reached"]
-    if len(graph.steps) > MAX_STEPS:
-        return [f"the plan has {len(graph.steps)} steps; at most {MAX_STEPS} are allowed"]
+    too_large = plan_size_fault(graph.body, len(graph.steps))
+    if too_large is not None:
+        return [too_large]
     runs = [
         (f"step {n}{of}", run)
         for n, step in enumerate(graph.steps, 1)
         for of, run in islice(_step_and_helpers(step), MAX_RUNS + 1)
     ]
-    tries = _most_tries(graph.body)
-    if max(len(runs), tries) > MAX_RUNS:
-        return [f"the plan has more than {MAX_RUNS} steps and steps that failures lead to"]
+    too_large = plan_size_fault(graph.body, len(runs))
+    if too_large is not None:
+        return [too_large]
     malformed = [f"{which}: {text}" for which, run in runs if (text := _field_problems(run))]
     if malformed:
         return malformed
@@ -194,15 +193,6 @@ def _step_and_helpers(step: PlanStep, of: str = "", depth: int = 0) -> Iterator[
         helper = getattr(step, word)
         if isinstance(helper, PlanStep):
             yield from _step_and_helpers(helper, f"{of}, its `{word}`", depth + 1)
-
-
-def _most_tries(part: Part) -> int:
-    """Count the steps of a part, each as often as tries of parts around it run it."""
-    if isinstance(part, PlanStep):
-        return 1
-    tries = part.retry + 1 if isinstance(part, RetriedPart) else 1
-    inner: tuple[Part, ...] = children_of(part)
-    return tries * sum(_most_tries(one) for one in inner)
 
 
 def _shape_problems(part: object, depth: int, most_retries: int) -> str | None:
@@ -224,9 +214,15 @@ def _shape_problems(part: object, depth: int, most_retries: int) -> str | None:
             if retry > most_retries:
                 return f"{retry} retries of a part; this site allows 0 to {most_retries}"
             inner = children_of(part)
+        case HeldPart(condition=ActionCondition(term=condition, text=str(), span=SourceSpan())) if isinstance(
+            condition, t.Term
+        ):
+            inner = children_of(part)
+        case TimedPart(timeout=Fraction() as timeout) if timeout > 0:
+            inner = children_of(part)
         case FailingPart(text=str(), span=SourceSpan()):
             return None
-        case Seq() | Par() | If() | Fallback() | RetriedPart() | FailingPart():
+        case Seq() | Par() | If() | Fallback() | RetriedPart() | StoppablePart() | FailingPart():
             return f"a {type(part).__name__} is malformed"
         case PlanStep():
             return None

@@ -65,6 +65,7 @@ class TaskCheckpoint:
         attempts: attempts at each step path.
         done_paths: step paths where nothing is left to do.
         branch_choices: decisions of the plan's `if`s.
+        part_starts: plant time (s) at which each part with a timeout began.
         final_report: result of the run, for a user who did not receive it; None while it can be resumed.
         errand: number of the instruction's errands before this task.
         earlier_reports: reports of those errands.
@@ -91,6 +92,7 @@ class TaskCheckpoint:
     attempts: tuple[tuple[StepPath, AttemptHistory], ...]
     done_paths: tuple[StepPath, ...]
     branch_choices: tuple[tuple[StepPath, bool], ...]
+    part_starts: tuple[tuple[StepPath, float], ...] = ()
     final_report: RunReport | None = None
     errand: int = 0
     earlier_reports: tuple[RunReport, ...] = ()
@@ -107,7 +109,9 @@ class TaskCheckpoint:
         Returns:
             A progress object with copies of the attempts, done paths and choices.
         """
-        return PlanProgress(dict(self.attempts), set(self.done_paths), dict(self.branch_choices))
+        return PlanProgress(
+            dict(self.attempts), set(self.done_paths), dict(self.branch_choices), dict(self.part_starts)
+        )
 
 
 class TaskEnd(NamedTuple):

@@ -19,10 +19,22 @@ from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr import types
 from aeros.spec.expr.units import Dimension
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
+from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.rules import Conjunct
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    HeldPart,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    TimedPart,
+)
 
 _CLASSES: Final = (
-    *(TaskGraph, PlanStep, Seq, Par, If, Fallback, RetriedPart, FailingPart, LogHead, Dimension),
+    *(TaskGraph, PlanStep, Seq, Par, If, Fallback, RetriedPart, FailingPart, HeldPart, TimedPart),
+    *(ActionCondition, Conjunct, LogHead, Dimension),
     *(types.BoolType, types.RealType, types.IntegerType, types.VectorType, types.EnumType, types.FamilyType),
     *get_args(t.Term),
 )

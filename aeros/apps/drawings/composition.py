@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 from aeros.apps.drawings.drawing import Diagram, Edge, Node, Shape
+from aeros.spec.expr.units import format_number
 from aeros.spec.flow.control_flow import (
     DONE,
     FAILURE,
@@ -13,18 +14,19 @@ from aeros.spec.flow.control_flow import (
     NO_TRY_LEFT,
     START,
     STOPPED,
+    STOPPED_MIDWAY,
     control_flow_graph,
 )
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Ecm, Skill
-from aeros.spec.model.step_graph import If, RetriedPart
+from aeros.spec.model.step_graph import HeldPart, If, RetriedPart, StoppablePart, TimedPart, steps_of
 
 _BARS: Final = {
     "fork": "at the same time",
     "join": "when all have succeeded",
     "tolerated": "a failure is tolerated",
 }
-FAILURES = (FAILURE, LAST_FAILURE, NO_TRY_LEFT)
+FAILURES = (FAILURE, LAST_FAILURE, NO_TRY_LEFT, STOPPED_MIDWAY)
 
 
 def composition_drawing(ecm: Ecm, composition: Composition) -> Diagram:
@@ -91,6 +93,10 @@ def _node(id_: str, name: str, part: object, composition: Composition) -> Node:
             return Node(id_, (f"if {part.text}",), "choice")
         case RetriedPart():
             return Node(id_, (f"at most {part.retry + 1} tries",), "bar")
+        case HeldPart():
+            return Node(id_, (f"while {part.condition.text}: {_steps_text(part)}",), "bar")
+        case TimedPart():
+            return Node(id_, (f"within {format_number(part.timeout)} s: {_steps_text(part)}",), "bar")
     ends: dict[str, tuple[str, Shape]] = {
         START: (composition.id, "start"),
         DONE: ("done", "goal"),
@@ -102,6 +108,11 @@ def _node(id_: str, name: str, part: object, composition: Composition) -> Node:
     precondition = composition.precondition_span
     note = (f"where {precondition.text}",) if name == START and precondition is not None else ()
     return Node(id_, (text, *note), shape)
+
+
+def _steps_text(part: StoppablePart[Step]) -> str:
+    """List the steps that a part may stop."""
+    return ", ".join(step.id for step in steps_of(part.part))
 
 
 def _step_text(step: Step) -> Iterator[str]:

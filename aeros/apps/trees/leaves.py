@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 from aeros.apps.trees.library import LEAF_KINDS, TreeLibrary
-from aeros.apps.trees.supported_nodes import FALLBACKS, INERT, SEQUENCES, leaf_name, refusal_reason
+from aeros.apps.trees.supported_nodes import FALLBACKS, INERT, REACTIVE, SEQUENCES, leaf_name, refusal_reason
 from aeros.apps.trees.tree_xml import TreeNode
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 
@@ -224,13 +224,12 @@ class LeafBinder:
             case "Inverter":
                 inner = self.condition(node.children[0])
                 return None if inner is None else f"not ({inner})"
-            case tag if tag in (*SEQUENCES, *FALLBACKS):
+            case tag if tag in (*SEQUENCES, *FALLBACKS, *REACTIVE) or _is_conjunction(node):
                 parts = [self.condition(one) for one in node.children]
                 known = [one for one in parts if one is not None]
-                word = " and " if tag in SEQUENCES else " or "
-                if len(known) < len(parts):
-                    return None
-                return known[0] if len(known) == 1 else word.join(f"({one})" for one in known)
+                is_fallback = tag in (*FALLBACKS, "ReactiveFallback")
+                joined = joined_condition(known, "or" if is_fallback else "and") if known else ""
+                return joined if len(known) == len(parts) else None
         if self.kind(node) != "Condition" or self.fault(node):
             return None
         return self._expression(node)
@@ -269,6 +268,24 @@ class LeafBinder:
         if leaf == STATE_CONDITION and leaf not in self._settings.conditions:
             return node.attributes.get("expression", "")
         return self._settings.conditions.get(leaf, identifier(leaf))
+
+
+def joined_condition(conditions: Sequence[str], word: str) -> str:
+    """Join conditions to one.
+
+    Args:
+        conditions: expressions, at least one.
+        word: `and` or `or`.
+
+    Returns:
+        One expression.
+    """
+    joined = f" {word} ".join(f"({one})" for one in conditions)
+    return conditions[0] if len(conditions) == 1 else joined
+
+
+def _is_conjunction(node: TreeNode) -> bool:
+    return node.tag == "WhileDoElse" and len(node.children) == 2
 
 
 def blackboard_entry(value: str) -> str | None:

@@ -12,6 +12,7 @@ MAX_REPEATS: Final = 10
 SEQUENCES: Final = ("Sequence", "AsyncSequence", "SequenceWithMemory", "SequenceStar")
 FALLBACKS: Final = ("Fallback", "AsyncFallback", "Selector")
 RETRIES: Final = ("RetryUntilSuccessful", "RetryUntilSuccesful")
+REACTIVE: Final = ("ReactiveSequence", "ReactiveFallback")
 SUBTREES: Final = ("SubTree", "SubTreePlus")
 INERT: Final = frozenset(
     (
@@ -27,12 +28,8 @@ INERT: Final = frozenset(
     )
 )
 _REFUSED: Final[Mapping[str, str]] = {
-    "ReactiveSequence": "it decides its children again while a later one runs; a composition decides once",
-    "ReactiveFallback": "it decides its children again while a later one runs; a composition decides once",
-    "WhileDoElse": "its condition is decided again while a child runs; a composition decides it once",
     "ParallelAll": "its children all run to their ends; the branches of a `par` stop at the first failure",
     "ManualSelector": "a person chooses the child; a composition has no such part",
-    "Timeout": "a part has no time-out; set the `timeout` of each skill",
     "Delay": "a part has no delay; let a skill wait",
     "KeepRunningUntilFailure": "it repeats without a bound; a composition ends",
     "RunOnce": "it keeps a state from one run to the next; a composition has none",
@@ -114,13 +111,17 @@ def refusal_reason(node: TreeNode) -> str:
 
 _CHILDREN: Final[Mapping[str, tuple[int, int | None]]] = {
     **dict.fromkeys((*SEQUENCES, *FALLBACKS, "Parallel"), (1, None)),
-    **dict.fromkeys((*RETRIES, "Repeat", "ForceSuccess", "ForceFailure", "Inverter"), (1, 1)),
+    **dict.fromkeys(REACTIVE, (1, None)),
+    **dict.fromkeys((*RETRIES, "Repeat", "ForceSuccess", "ForceFailure", "Inverter", "Timeout"), (1, 1)),
     "IfThenElse": (2, 3),
+    "WhileDoElse": (2, 3),
     "AlwaysSuccess": (0, 0),
     "AlwaysFailure": (0, 0),
 }
 _ATTRIBUTES: Final[Mapping[str, tuple[str, ...]]] = {
-    **dict.fromkeys((*SEQUENCES, *FALLBACKS, "ForceSuccess", "ForceFailure", "Inverter", "IfThenElse"), ()),
+    **dict.fromkeys((*SEQUENCES, *FALLBACKS, *REACTIVE, "ForceSuccess", "ForceFailure", "Inverter"), ()),
+    **dict.fromkeys(("IfThenElse", "WhileDoElse"), ()),
+    "Timeout": ("msec",),
     **dict.fromkeys(RETRIES, ("num_attempts",)),
     "Repeat": ("num_cycles",),
     "Parallel": ("success_count", "failure_count", "success_threshold", "failure_threshold"),

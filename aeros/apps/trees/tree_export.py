@@ -13,10 +13,20 @@ from fractions import Fraction
 from typing import Any, Final
 
 from aeros.apps.trees.leaves import STATE_CONDITION
-from aeros.spec.expr.units import format_quantity
+from aeros.spec.expr.units import format_number, format_quantity
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.ecm import Ecm, Skill
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    HeldPart,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    TimedPart,
+    steps_of,
+)
 from aeros.spec.model.variables import Declared
 
 MAX_ELEMENTS: Final = 5000
@@ -107,6 +117,19 @@ class _Writer:
                 self._all(_child(parent, "Fallback"), parts)
             case RetriedPart(part=one, retry=retry):
                 self.add(_child(parent, "RetryUntilSuccessful", num_attempts=str(retry + 1)), one)
+            case HeldPart(part=one, condition=condition):
+                held = _child(parent, "ReactiveSequence")
+                _condition(held, condition.text)
+                self.add(held, one)
+                for child in held:  # BehaviorTree.CPP reads no other form here
+                    if child.tag in ("Action", "Condition"):
+                        child.tag = child.attrib.pop("ID")
+            case TimedPart(part=one, timeout=timeout):
+                milliseconds = timeout * 1000
+                if milliseconds.denominator != 1:
+                    reason = f"the `timeout` of {format_number(timeout)} s is no whole number of milliseconds"
+                    raise UnexportableError(f"{reason}; change it")
+                self.add(_child(parent, "Timeout", msec=str(milliseconds)), one)
             case If(text=text, then=Seq(parts=()), otherwise=FailingPart()):
                 _condition(parent, text)
             case If(text=text, then=then, otherwise=otherwise):

@@ -2,7 +2,7 @@
 
 A node becomes a part with the same order of leaves, or it is refused with its line and a reason; nothing is
 approximated.  Leaves that take time and conditions that are decided when their turn comes mean the same in
-both, except for nodes that decide again while something runs (reactive nodes, scripts, loops).
+both.  A reactive node whose other children are conditions holds them while its one other child runs.
 Source: https://www.behaviortree.dev/docs/category/nodes-library
 """
 
@@ -15,15 +15,18 @@ from typing import Any, Final
 
 from aeros.apps.trees.leaves import ImportSettings, LeafBinder, TreeScope, identifier
 from aeros.apps.trees.library import TreeLibrary
+from aeros.apps.trees.reactive_nodes import reactive_form
 from aeros.apps.trees.supported_nodes import (
     FALLBACKS,
     MAX_REPEATS,
+    REACTIVE,
     RETRIES,
     SEQUENCES,
     SUBTREES,
     refusal_reason,
 )
 from aeros.apps.trees.tree_xml import TreeNode
+from aeros.spec.model.step_graph import MAX_DEPTH, MAX_STEPS
 
 PartForm = dict[str, Any]
 """A part as a manifest writes it."""
@@ -32,9 +35,8 @@ MAX_NODES: Final = 2000
 """The most nodes of one tree, with those of its subtrees each time that they run."""
 
 MAX_NODE_DEPTH: Final = 60
-MAX_PART_DEPTH: Final = 19
-MAX_ACTIONS: Final = 100
-"""Plans are nested at most 20 deep, and have at most so many steps (`aeros.agent.planning.task_graph`)."""
+MAX_PART_DEPTH: Final = MAX_DEPTH - 1
+"""The deepest part of a composition whose outermost part is no `seq`."""
 
 
 @dataclass(frozen=True)
@@ -176,6 +178,10 @@ class _Importer:
                 return self._parallel(node, place)
             case "IfThenElse":
                 return self._if_then_else(node, place)
+            case tag if tag in (*REACTIVE, "WhileDoElse"):
+                return self._reactive(node, place)
+            case "Timeout":
+                return self._timed(node, place)
             case tag if tag in RETRIES:
                 return self._retried(node, place)
             case "Repeat":
@@ -233,6 +239,33 @@ class _Importer:
             self.refuse(node, "a branch has no action; put conditions into the branch of an action")
             return None
         return _joined("seq", [*checks, _joined("par", branches)]) if checks else _joined("par", branches)
+
+    def _reactive(self, node: TreeNode, place: _Place) -> PartForm | None:
+        found = reactive_form(node, [self._leaves.condition(one) for one in node.children])
+        if isinstance(found, str):
+            return self._refuse_with_children(node, place, found)
+        self._report(node, "", found.note)
+        for one in (one for child in node.children if child is not found.child for one in _within(child)):
+            self._report(one, "", "part of the condition")
+        inside = replace(place, goes_on=True) if found.goes_on else place
+        part = self.part(found.child, inside)
+        return None if part is None else found.part(part, stops=not inside.goes_on)
+
+    def _timed(self, node: TreeNode, place: _Place) -> PartForm | None:
+        time = node.attributes.get("msec", "")
+        if _number(time) < 1:
+            reason = f"`msec` is {_shown(time)}; a composition needs a number of milliseconds above 0"
+            return self._refuse_with_children(node, place, reason)
+        if self._leaves.condition(node.children[0]) is not None:
+            reason = "its child is a condition, which takes no time; remove the time-out"
+            return self._refuse_with_children(node, place, reason)
+        self._report(node, "", f"timeout: {int(time)} ms")
+        part = self.part(node.children[0], place)
+        if part is None:
+            return None
+        return {"timeout": f"{int(time)} ms", "part": part} | (
+            {} if place.goes_on else {"on_failure": "stop"}
+        )
 
     def _if_then_else(self, node: TreeNode, place: _Place) -> PartForm | None:
         condition = self._leaves.condition(node.children[0])
@@ -362,8 +395,8 @@ def _size_reason(part: PartForm) -> str:
     actions = sum(isinstance(one.get("skill"), str) for one in _forms(part))
     if not actions:
         return "no action is in it; a composition runs at least one skill"
-    if actions > MAX_ACTIONS:
-        return f"it has {actions} actions with those of its subtrees; a plan has at most {MAX_ACTIONS}"
+    if actions > MAX_STEPS:
+        return f"it has {actions} actions with those of its subtrees; a plan has at most {MAX_STEPS}"
     depth = _depth(part)
     if depth > MAX_PART_DEPTH:
         return f"its parts are nested {depth} deep; a plan is nested at most {MAX_PART_DEPTH} deep"

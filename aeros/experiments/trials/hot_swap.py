@@ -9,10 +9,10 @@ each time with a proof, and the same agent pursues the second task, at a bench o
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import Final, cast
 
 from aeros.agent.agent import Agent, open_temporary_agent
 from aeros.agent.errors import AgentError
@@ -22,14 +22,11 @@ from aeros.experiments.trial_context import CountingRuntime
 from aeros.experiments.trial_kinds import Findings, Trial, scratch_folder
 from aeros.experiments.trials.task import KIND as TASKS
 from aeros.experiments.trials.task import plant_factory
-from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import Runtime
-from aeros.runtime.proving import prove_configuration
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.session.assembly import build_executor
-from aeros.spec.verification.reports import Report
 
 
 class HotSwapTrials:
@@ -45,12 +42,12 @@ class HotSwapTrials:
         routed = [premises.routed(task.settings["task"]) for task in tasks]
         plants = [plant_factory(task, premises) for task in tasks]
         with scratch_folder() as (folder, audit):
-            registry = Registry(folder / "state", _CachedProver())
+            registry = Registry(folder / "state")
             if premises.paths.site is not None:
                 registry.set_policy(Path(premises.paths.site))
             first, second = (premises.configuration.modules[one.module] for one in routed)
             _load(registry, Path(first.folder), first.id)
-            gate = _CachedGate(premises.configuration)
+            gate = CompiledGate(premises.configuration)
 
             def trial(seed: int) -> Findings:
                 began = time.process_time()
@@ -143,45 +140,6 @@ class _SwitchableRuntime(CountingRuntime):
     def move(self, runtime: Runtime) -> None:
         """Pass all further calls to `runtime`."""
         self._runtime = runtime
-
-
-class _CachedProver:
-    """Prover of a registry that caches proofs, by the files and which of them are active."""
-
-    def __init__(self) -> None:
-        self._proved: dict[Any, tuple[Configuration, Report]] = {}
-
-    def __call__(
-        self,
-        paths: Iterable[Path],
-        site: Path,
-        *,
-        active: Callable[[str], bool] = lambda _: True,
-        **options: Any,
-    ) -> tuple[Configuration, Report]:
-        """Prove as `proving.prove_configuration` does; `options` are its other parameters."""
-        folders = tuple(paths)
-        # In a registry the parent of a module's folder is named by its digest, and the folders that trials
-        # install from do not change.
-        given = [(name, tuple(one) if isinstance(one, list) else one) for name, one in options.items()]
-        key = folders, site, *sorted(given), tuple(active(one.name) for one in folders)
-        if key not in self._proved:
-            self._proved[key] = prove_configuration(folders, site, **options, active=active)
-        return self._proved[key]
-
-
-class _CachedGate(CompiledGate):
-    """Gate that is compiled once for each configuration, as are those that executors change it to."""
-
-    def __init__(self, configuration: Configuration, kept: dict[str, _CachedGate] | None = None) -> None:
-        super().__init__(configuration)
-        self._kept = {} if kept is None else kept
-
-    def with_configuration(self, configuration: Configuration) -> _CachedGate:
-        """Implement `Gate.with_configuration`."""
-        if configuration.digest not in self._kept:
-            self._kept[configuration.digest] = _CachedGate(configuration, self._kept)
-        return self._kept[configuration.digest]
 
 
 KIND: Final = HotSwapTrials()

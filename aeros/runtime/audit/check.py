@@ -146,14 +146,14 @@ def verify_log(path: Path, watch: RecordCheck | None = None) -> AuditReport:
         return _unreadable(failure)
     with opened as file:
         try:
-            prefix = read_prefix(file, _ClosedLogCheck(watch))
+            prefix = read_prefix(file, ClosedLogCheck(watch))
         except LogReadError as failure:
             return _unreadable(failure)
     bad = None if prefix.problem is None else prefix.records
     return AuditReport(prefix.records, prefix.head, bad, prefix.problem or "", prefix.decisions)
 
 
-class _ClosedLogCheck:
+class ClosedLogCheck:
     """Check that nothing was added to a closed log, before another check; implements `RecordCheck`.
 
     It needs no key. Somebody without the key can evade it with a forged checkpoint, which only the key tells.
@@ -164,6 +164,7 @@ class _ClosedLogCheck:
         self._is_closed = False
 
     def __call__(self, record: Record, own: str) -> str | None:
+        """Implement `RecordCheck`."""
         event = record["event"]
         if self._is_closed and event != CHECKPOINT and not is_repair_note(record):
             return f"record {record['sequence']} was added to a closed log by a writer without the key"
@@ -194,12 +195,15 @@ def _unreadable(failure: OSError) -> AuditReport:
     return AuditReport(0, GENESIS, 0, f"the log cannot be read: {failure}", DecisionCounts())
 
 
-def read_prefix(file: BinaryIO, watch: RecordCheck | None = None) -> LogPrefix:
+def read_prefix(
+    file: BinaryIO, watch: RecordCheck | None = None, begin: LogPrefix | None = None
+) -> LogPrefix:
     """Read a log from its start to its end or its first bad record.
 
     Args:
         file: the log, seekable; its position changes.
         watch: called with each sound record; may reject it.
+        begin: sound beginning of exactly this file, from whose end on it is read; None to read all of it.
 
     Returns:
         The sound beginning.
@@ -207,9 +211,9 @@ def read_prefix(file: BinaryIO, watch: RecordCheck | None = None) -> LogPrefix:
     Raises:
         LogReadError: the log cannot be read.
     """
-    file.seek(0)
+    sound = LogPrefix(0, GENESIS, GENESIS, 0, DecisionCounts()) if begin is None else begin
+    file.seek(sound.end)
     size = os.fstat(file.fileno()).st_size
-    sound = LogPrefix(0, GENESIS, GENESIS, 0, DecisionCounts())
     for line in _read_lines(file):
         if not line.endswith(b"\n"):
             return replace(sound, problem=f"record {sound.records} is cut short", torn_tail=line)

@@ -44,10 +44,13 @@ class SigningConfiguration:
     Attributes:
         key: signing key.
         anchors: paths of the anchors, the copies of the last checkpoint outside the log.
+        anchors_opening: copy also the checkpoint with which the log is opened. False for a log of which
+            records count only once it is closed; then only the first one ever is copied.
     """
 
     key: SigningKey
     anchors: tuple[Path, ...] = ()
+    anchors_opening: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from json.encoder import encode_basestring_ascii
 from pathlib import Path
 from typing import Any, Final, Self
@@ -46,12 +47,12 @@ from aeros.runtime.audit.checkpoints import (
     CHECKPOINT_INTERVAL,
     AnchorError,
     AuditCheckpoint,
-    CheckpointVerifier,
     SigningConfiguration,
     read_anchor,
     write_anchor,
 )
 from aeros.runtime.audit.format import explain_problem
+from aeros.runtime.audit.prefix_memory import ResumableVerifier, read_remembered_prefix
 from aeros.runtime.canonical_json import Encoded, seal_record, to_canonical_json
 from aeros.runtime.gate.decision import DecisionKind
 from aeros.runtime.ports import LogHead
@@ -217,14 +218,18 @@ class AuditLog:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             with os.fdopen(os.dup(self._file), "rb") as file:
-                prefix = read_prefix(file, watch)
-            sync_folder(self.path.parent)
+                if isinstance(watch, ResumableVerifier):
+                    prefix = read_remembered_prefix(file, self.path, watch)
+                else:
+                    prefix = read_prefix(file, watch)
+            if not prefix.records:  # else an earlier writer did so before it wrote the first record
+                sync_folder(self.path.parent)
         except BlockingIOError as failure:
             raise AuditError(f"another process writes the audit log `{self.path}`") from failure
         except OSError as failure:
             raise AuditError(f"the audit log `{self.path}` cannot be read: {failure}") from failure
         problem = prefix.problem if prefix.torn_tail is None else None
-        if problem is None and isinstance(watch, CheckpointVerifier):
+        if problem is None and isinstance(watch, ResumableVerifier):
             problem = watch.missing_tail(prefix.records)
         if problem is not None:
             why = explain_problem(self.path, problem)
@@ -240,7 +245,9 @@ class AuditLog:
             if self._sequence == 0:
                 # Random, so that no other log has the same first record.
                 self._append("log-began", {"nonce": secrets.token_hex(16)})
-            self._sign(self._signing, closing=False)
+            is_anchored = isinstance(watch, ResumableVerifier) and watch.anchors
+            only_signs = is_anchored and not self._signing.anchors_opening
+            self._sign(replace(self._signing, anchors=()) if only_signs else self._signing, closing=False)
 
     def _append(
         self,
@@ -336,6 +343,6 @@ def _signature_check(signing: SigningConfiguration | None, path: Path) -> Record
     key = signing.key.public
     try:
         found = [read_anchor(anchor, key) for anchor in signing.anchors]
-        return CheckpointVerifier(key, [one for one in found if one is not None])
+        return ResumableVerifier(key, tuple(one for one in found if one is not None))
     except AnchorError as failure:
         raise AuditError(f"the audit log `{path}` cannot be continued: {failure}") from failure

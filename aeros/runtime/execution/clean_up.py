@@ -156,7 +156,7 @@ class CleanUp:
             self._record_failure(step, failure)
             raise
         assert step.result is not None  # noqa: S101  `halt_step` has set it
-        status, words, outputs, causes = step.result
+        status, words, outputs, causes, lost_hold = step.result
         # A skill's reason may contain surrogates, which files, databases and terminals reject.
         reason = words.encode(errors="backslashreplace").decode()
         outcome = {"time": self._plant.now(), "status": status.value, "reason": reason}
@@ -178,6 +178,7 @@ class CleanUp:
             dict(outputs or {}),
             step.is_transient and status is StepStatus.DENIED,
             causes,
+            lost_hold,
         )
 
     def _clean_up_step(self, handle: StepHandle, step: ActiveStep) -> None:

@@ -1,12 +1,14 @@
 """Hold-conditions: conditions that must be measured as true while a skill runs. Unknown counts as violated.
 
+A skill declares one; a plan has one for each part under `hold` around the step.
+
 At a control tick a condition is decided on the values measured at every tick. If it reads other variables
 too, the plant is asked for them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from aeros.runtime.gate.causes import collect_arguments
@@ -21,11 +23,22 @@ from aeros.spec.model.site import Site
 
 
 class HoldCondition:
-    """Compiled hold-condition of one run of a skill, with the inputs of the run."""
+    """Compiled hold-condition of one run of a skill, with the inputs of the run.
+
+    Attributes:
+        place: position in `StepRequest.held`; None if the skill declares it.
+    """
 
     def __init__(
-        self, site: Site, module: str, skill: Skill, clause: ActionCondition, inputs: Mapping[str, Any]
+        self,
+        site: Site,
+        module: str,
+        skill: Skill,
+        clause: ActionCondition,
+        inputs: Mapping[str, Any],
+        place: int | None = None,
     ) -> None:
+        self.place = place
         self._name = f"{module}.{skill.id}"
         self._clause = clause
         declared = (*site.state.values(), *skill.inputs.values())
@@ -91,22 +104,22 @@ class HoldCondition:
         )
 
 
-def hold_condition_for(
-    site: Site, module: str, skill: Skill, inputs: Mapping[str, Any]
-) -> HoldCondition | None:
-    """Compile the hold-condition of a run of `skill`.
+def hold_conditions_for(
+    site: Site, module: str, skill: Skill, inputs: Mapping[str, Any], held: Sequence[ActionCondition] = ()
+) -> tuple[HoldCondition, ...]:
+    """Compile the hold-conditions of a run of `skill`.
 
     Args:
         site: declares the state variables.
         module: id of the skill's module.
         skill: the skill.
         inputs: checked inputs of the run, SI, by name.
+        held: conditions of the parts of a plan around the step, the outermost first.
 
     Returns:
-        The condition; None if the skill declares none.
+        The conditions of these parts, and then the skill's own if it declares one.
     """
-    return (
-        None
-        if skill.hold_condition is None
-        else HoldCondition(site, module, skill, skill.hold_condition, inputs)
-    )
+    clauses: list[tuple[int | None, ActionCondition]] = [*enumerate(held)]
+    if skill.hold_condition is not None:
+        clauses.append((None, skill.hold_condition))
+    return tuple(HoldCondition(site, module, skill, clause, inputs, place) for place, clause in clauses)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from aeros.runtime.execution.hold_condition import hold_condition_for
+from aeros.runtime.execution.hold_condition import hold_conditions_for
 from aeros.runtime.execution.inputs import InputError, check_inputs, check_outputs
 from aeros.runtime.execution.resources import ResourceQueue
 from aeros.runtime.execution.step import ActiveStep, required_resources
@@ -45,8 +45,8 @@ def prepare_step(
         run = open_run(configuration.site, ecm, skill, inputs)
     except (InputError, SkillRefusedError) as refusal:
         raise StepRefusedError(str(refusal)) from refusal
-    hold = hold_condition_for(configuration.site, ecm.id, skill, inputs)
-    return ActiveStep(ecm, skill, Caller(ecm.id, skill.id, inputs), run, hold)
+    holds = hold_conditions_for(configuration.site, ecm.id, skill, inputs, request.held)
+    return ActiveStep(ecm, skill, Caller(ecm.id, skill.id, inputs), run, holds)
 
 
 def check_result_outputs(skill: Skill, ending: SkillRunResult) -> SkillRunResult:

@@ -162,12 +162,13 @@ class StepControl:
         return Action(kind, parameters)
 
     def _check_hold_condition(self, step: ActiveStep) -> SkillRunResult | None:
-        """Return how the step ends if its hold-condition is not measured as true now."""
-        if step.hold_condition is None:
+        """Return how the step ends if a hold-condition of it is not measured as true now."""
+        if not step.hold_conditions:
             return None
         # Readings before the clock, so that no reading is younger than `now`.
         readings = self._plant.observe()
-        return ending_unheld(step.hold_condition.violation(readings, self._plant.now()))
+        now = self._plant.now()
+        return ending_unheld(step.hold_conditions, lambda hold: hold.violation(readings, now))
 
     def _decide_and_begin(self, step: ActiveStep, action: Action) -> SkillRunResult | None:
         """Decide, record and begin an action; return how the step ends, or None if the action has begun."""
@@ -250,10 +251,11 @@ class TickMonitor:
                     self._clean_up.halt_step(
                         handle, SkillRunResult(StepStatus.STOPPED, f"revoked: {objection}")
                     )
-        for handle, hold in self._hold_conditions.items():
+        observe = self._plant.observe
+        for handle, holds in self._hold_conditions.items():
             step = self._steps[handle]
             if step.active_motion is not None and step.result is None:
-                ending = ending_unheld(hold.violation_at_tick(measured, now, self._plant.observe))
+                ending = ending_unheld(holds, lambda hold: hold.violation_at_tick(measured, now, observe))
                 if ending is not None:
                     self._clean_up.halt_step(handle, ending)
         return monitors(now, measured)

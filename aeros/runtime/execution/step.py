@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import isfinite
@@ -136,7 +136,7 @@ class ActiveStep:
         skill: the skill that it runs.
         caller: module, skill and inputs, as the gate sees them.
         run: the run of its skill.
-        hold_condition: condition that must be measured as true while it runs.
+        hold_conditions: conditions that must be measured as true while it runs.
         deadline: plant seconds at which its timeout passes; set when it begins.
         is_running: it holds its resources, so its skill may act.
         request_count: number of actions that the skill was asked for.
@@ -155,7 +155,7 @@ class ActiveStep:
     skill: Skill
     caller: Caller
     run: SkillRunProtocol
-    hold_condition: HoldCondition | None = None
+    hold_conditions: tuple[HoldCondition, ...] = ()
     deadline: float = 0.0
     is_running: bool = False
     request_count: int = 0
@@ -202,7 +202,7 @@ class StepTable:
 
     def __init__(self) -> None:
         self.steps: dict[StepHandle, ActiveStep] = {}
-        self.hold_conditions: dict[StepHandle, HoldCondition] = {}
+        self.hold_conditions: dict[StepHandle, tuple[HoldCondition, ...]] = {}
         self.results: dict[StepHandle, StepResult] = {}
         self._last_handle = 0
 
@@ -218,8 +218,8 @@ class StepTable:
         self._last_handle += 1
         handle = StepHandle(self._last_handle)
         self.steps[handle] = step
-        if step.hold_condition is not None:
-            self.hold_conditions[handle] = step.hold_condition
+        if step.hold_conditions:
+            self.hold_conditions[handle] = step.hold_conditions
         return handle
 
     def next_ended(self) -> EndedStep:
@@ -277,16 +277,24 @@ HALTED: Final = SkillRunResult(StepStatus.HALTED, "stopped by the operator")
 """Ending of every step when the operator stops the run."""
 
 
-def ending_unheld(cause: Cause | None) -> SkillRunResult | None:
-    """Return the ending for a check of a hold-condition.
+def ending_unheld(
+    holds: Iterable[HoldCondition], violation: Callable[[HoldCondition], Cause | None]
+) -> SkillRunResult | None:
+    """Return the ending for a check of hold-conditions.
 
     Args:
-        cause: why the condition is violated; None if it holds.
+        holds: the conditions.
+        violation: tells why a condition is violated; None if it holds.
 
     Returns:
-        The ending of the step; None if the condition holds.
+        The ending of the step for the first that is violated; None if all hold.
     """
-    return None if cause is None else SkillRunResult(StepStatus.HOLD_LOST, str(cause), causes=(cause,))
+    for hold in holds:
+        cause = violation(hold)
+        if cause is not None:
+            status = StepStatus.HOLD_LOST if hold.place is None else StepStatus.CANCELLED
+            return SkillRunResult(status, str(cause), causes=(cause,), lost_hold=hold.place)
+    return None
 
 
 def ending_stopped(completion: MotionCompletion) -> SkillRunResult:

@@ -17,11 +17,12 @@ An action that begins while others are under way is decided a second time, toget
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
-from typing import Any
+from functools import cached_property, partial
+from typing import Any, Final
 
 from aeros.runtime.gate.attenuation import attenuate_parameters
 from aeros.runtime.gate.compiled.fast_path import (
@@ -65,6 +66,9 @@ from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.rules import ActionKind, Rule
 from aeros.spec.model.variables import Declared, ranges_of
 from aeros.spec.obligations.claim_id import ClaimForm
+
+_MAX_GATES: Final = 4
+"""Number of gates of one executor that are kept; the least recently used one is forgotten."""
 
 
 class GateMode(Enum):
@@ -118,16 +122,27 @@ class CompiledGate(Gate):
     Attributes:
         mode: the method of evaluating conditions.
         tally: numbers of decisions so far, continued by `with_configuration`.
+
+    Args:
+        configuration: the site and its certified modules.
+        mode: the method of evaluating conditions.
+        predecessor: gate that this one replaces, with the same mode; None if there is none.
     """
 
     def __init__(
         self,
         configuration: Configuration,
         mode: GateMode = GateMode.COMPILED,
-        tally: DecisionTally | None = None,
+        predecessor: CompiledGate | None = None,
     ) -> None:
         self.mode = mode
-        self.tally = tally or DecisionTally()
+        # The latest gates of this line by the digest of what they enforce: a swap back compiles nothing.
+        fresh = OrderedDict[str, CompiledGate]()
+        self._latest: OrderedDict[str, CompiledGate] = fresh if predecessor is None else predecessor._latest
+        self._latest[configuration.digest] = self
+        if len(self._latest) > _MAX_GATES:
+            self._latest.popitem(last=False)
+        self.tally: DecisionTally = DecisionTally() if predecessor is None else predecessor.tally
         self._site = configuration.site
         compiled = mode is not GateMode.Z3
         self._decider = _Decider(configuration, compiled)
@@ -140,7 +155,11 @@ class CompiledGate(Gate):
 
     def with_configuration(self, configuration: Configuration) -> CompiledGate:
         """Implement `Gate.with_configuration`: the new gate has the same mode."""
-        return CompiledGate(configuration, self.mode, self.tally)
+        known = self._latest.get(configuration.digest)
+        if known is not None:
+            self._latest.move_to_end(configuration.digest)
+            return known
+        return CompiledGate(configuration, self.mode, self)
 
     def decide(
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
@@ -213,7 +232,9 @@ class _CompiledSkillKind:
     required_state: frozenset[str]
 
 
-class _Decider:
+class _CompiledRules:
+    """The conditions of one configuration, each compiled when it is first asked for."""
+
     def __init__(self, configuration: Configuration, compiled: bool) -> None:
         self._configuration = configuration
         self._compiled = compiled
@@ -224,6 +245,7 @@ class _Decider:
         self._kinds = {name: self._kind_rules(kind) for name, kind in site.kinds.items()}
         self._inputs: dict[tuple[str, str], dict[str, ValueChecker]] = {}
         self._entries: dict[tuple[str, str, str], _CompiledSkillKind] = {}
+        self._uncompiled: dict[tuple[str, str, str], tuple[Ecm, Skill, ActionKind]] = {}
         self._one_by_one: dict[frozenset[str], ReadEach] = {}
         self._compiled_rules: dict[str, CompiledConditions] = {}
         self._fast_paths = FastPaths()
@@ -232,9 +254,23 @@ class _Decider:
             for skill in ecm.skills.values():
                 self._inputs[module, skill.id] = value_checkers(skill.inputs)
                 for kind in skill.envelope:
-                    self._compile(ecm, skill, site.kinds[kind])
+                    self._add(ecm, skill, site.kinds[kind])
 
-    # Compiling.
+    def _add(self, ecm: Ecm, skill: Skill, kind: ActionKind) -> None:
+        at = ecm.id, skill.id, kind.name
+        self._uncompiled[at] = ecm, skill, kind
+        if self._compiled:
+            self._fast_paths.add(at, partial(self._first_fast_path, at))
+
+    def _entry(self, at: tuple[str, str, str]) -> _CompiledSkillKind | None:
+        """Return what decides a skill's actions of one kind; None if there is no such skill or kind."""
+        if at not in self._entries and at in self._uncompiled:
+            self._compile(*self._uncompiled[at])
+        return self._entries.get(at)
+
+    def _first_fast_path(self, at: tuple[str, str, str]) -> FastDecide:
+        self._entry(at)  # which adds the compiler of the fast path
+        return self._fast_paths.compile(at)
 
     def _kind_rules(self, kind: ActionKind) -> _CompiledKindRules:
         rules = self._configuration.site.rules_for_kind(kind.name)
@@ -350,14 +386,24 @@ class _Decider:
     def _condition(
         self, term: t.Term, kind: ActionKind, inputs: Mapping[str, Declared]
     ) -> DecidableCondition:
+        # Of the state, only what the condition reads: with many modules it has thousands of variables.
         state = self._configuration.site.observed_variables
-        declared = (*state.values(), *inputs.values(), *kind.parameters.values())
+        read = [state[name] for name in _state_variables_read([term])]
+        declared = (*read, *inputs.values(), *kind.parameters.values())
         if self._compiled:
             return CompiledCondition(term, declared)
         return SolverCondition(term, declared, self._solver)
 
-    # Deciding.
+    def _attenuating_rules(self, kind: str, reasons: Sequence[Reason]) -> list[Rule]:
+        """Return the violated rules if nothing else objects and each of them can attenuate; else none."""
+        violated = {reason.rule for reason in reasons if reason.code == "AE750"}
+        if len(violated) != len(reasons):
+            return []
+        rules = [rule for rule in self._kinds[kind].rules if rule.id in violated]
+        return rules if all(kind in rule.attenuations for rule in rules) else []
 
+
+class _Decider(_CompiledRules):
     def decide(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
         answer = decide_fast(self._fast_paths, caller, readings, action, now, usage)
         if type(answer) is Decision:
@@ -424,7 +470,7 @@ class _Decider:
     ) -> list[Reason]:
         """List every objection in the order of the layers; `values` receives the well-formed values."""
         kind = self._kinds.get(action.kind)
-        entry = self._entries.get((caller.module, caller.skill, action.kind))
+        entry = self._entry((caller.module, caller.skill, action.kind))
         required = entry.required_state if entry else kind.required_state if kind else frozenset()
         inputs = self._inputs.get((caller.module, caller.skill), {})
         given = {f"inputs.{name}": value for name, value in caller.inputs.items()}
@@ -447,7 +493,7 @@ class _Decider:
         kind = self._kinds.get(action.kind)
         if kind is None:
             return []
-        entry = self._entries.get((caller.module, caller.skill, action.kind))
+        entry = self._entry((caller.module, caller.skill, action.kind))
         if entry is None:
             text = f"`{action.kind}` is not in the envelope of the skill"
             return [Reason("AE730", action.kind, text), *_failed_reasons(kind.conditions, values)]
@@ -455,14 +501,6 @@ class _Decider:
             *_failed_reasons(entry.envelope_and_permission, values),
             *_failed_reasons(kind.conditions, values),
         ]
-
-    def _attenuating_rules(self, kind: str, reasons: Sequence[Reason]) -> list[Rule]:
-        """Return the violated rules if nothing else objects and each of them can attenuate; else none."""
-        violated = {reason.rule for reason in reasons if reason.code == "AE750"}
-        if len(violated) != len(reasons):
-            return []
-        rules = [rule for rule in self._kinds[kind].rules if rule.id in violated]
-        return rules if all(kind in rule.attenuations for rule in rules) else []
 
 
 def _violation_reason(rule: Rule) -> Reason:

@@ -112,7 +112,7 @@ class _JointRule:
     """One joint rule, with checkers of the state variables and of each role's parameters that it reads."""
 
     def __init__(self, rule: JointRule, site: Site, solver: GateSolver | None) -> None:
-        declared = joint_variables(site, rule)
+        declared = joint_variables(site, rule, t.variables_of(rule.term))
         self.id = rule.id
         self.term = rule.term
         self.kinds = tuple(kind for _, kind in rule.roles)

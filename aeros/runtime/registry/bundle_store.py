@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
@@ -41,24 +41,35 @@ def module_files(folder: Path) -> dict[str, bytes]:
     files: dict[str, bytes] = {}
     total = 0
     try:
-        for path in sorted(folder.rglob("*")):
-            name = path.relative_to(folder)
-            if any(part.startswith(".") or part in _EXCLUDED_NAMES for part in name.parts):
-                continue
-            if path.is_dir() and not path.is_symlink():
-                continue
-            if path.is_symlink() or not path.is_file():
+        for name, entry in _entries(folder):
+            path = Path(entry.path)
+            if not entry.is_file(follow_symlinks=False):
                 raise _unreadable(path, "it is not a regular file")
-            hidden = hidden_path_error(name.as_posix())
+            hidden = hidden_path_error(name)
             if hidden is not None:
                 raise UserError([hidden])
-            total += path.stat().st_size
+            total += entry.stat(follow_symlinks=False).st_size
             if total > MAX_MODULE:
                 raise _unreadable(path, f"a module has at most {MAX_MODULE >> 20} MiB")
-            files[name.as_posix()] = path.read_bytes()
+            files[name] = path.read_bytes()
     except OSError as failure:
         raise _unreadable(folder, failure.strerror or str(failure)) from failure
     return files
+
+
+def _entries(folder: str | Path, below: str = "") -> Iterator[tuple[str, os.DirEntry[str]]]:
+    """Yield all of a module that is no folder, sorted; `Path.rglob` takes four times as long."""
+    if not below and not os.path.isdir(folder):
+        return
+    with os.scandir(folder) as listed:
+        entries = sorted(listed, key=lambda one: one.name)
+    for entry in entries:
+        if entry.name.startswith(".") or entry.name in _EXCLUDED_NAMES:
+            continue
+        if entry.is_dir(follow_symlinks=False):
+            yield from _entries(entry.path, f"{below}{entry.name}/")
+        else:
+            yield f"{below}{entry.name}", entry
 
 
 def bundle_digest(files: Mapping[str, bytes]) -> str:
@@ -139,15 +150,15 @@ def write_files(files: Mapping[str, bytes], folder: Path) -> None:
         write_durably(path, content)
 
 
-def remove_unreferenced(store: Path, named: set[Path]) -> None:
+def remove_unreferenced(store: Path, digests: Collection[str]) -> None:
     """Delete stored modules that are not referenced: left by an interrupted change, or never in force.
 
     Args:
         store: folder of all stored modules.
-        named: folders of the modules to keep.
+        digests: digests of the modules to keep.
     """
     for folder in store.iterdir() if store.is_dir() else ():
-        if not any(folder in path.parents for path in named):
+        if folder.name not in digests:
             shutil.rmtree(folder, ignore_errors=True)
 
 

@@ -20,10 +20,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.runtime.audit.check import CHECKPOINT, Record, read_prefix, verify_log
+from aeros.files import open_regular
+from aeros.runtime.audit.check import CHECKPOINT, ClosedLogCheck, Record
 from aeros.runtime.audit.checkpoints import (
     AnchorError,
-    CheckpointVerifier,
     SigningConfiguration,
     read_anchor,
 )
@@ -34,6 +34,7 @@ from aeros.runtime.audit.keys import (
     read_signing_key,
 )
 from aeros.runtime.audit.log import AuditError, AuditLog
+from aeros.runtime.audit.prefix_memory import ResumableVerifier, read_remembered_prefix
 from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
@@ -111,7 +112,10 @@ def record_change(
         },
     }
     try:
-        signing = SigningConfiguration(read_signing_key(ensure_key(key)), (anchor_of(folder),))
+        # A change counts once the log is closed, so the anchor need not hold the checkpoint before it.
+        signing = SigningConfiguration(
+            read_signing_key(ensure_key(key)), (anchor_of(folder),), anchors_opening=False
+        )
         with AuditLog(folder / LOG, signing=signing) as log:
             log.append(_CHANGE, details)
     except (AuditError, InvalidKeyError) as failure:
@@ -182,10 +186,11 @@ class RecordedState:
 
 
 class _Changes:
-    """Changes in a log that count; implements `RecordCheck`."""
+    """Changes in a log that count; implements `ResumableCheck`."""
 
-    def __init__(self, signatures: CheckpointVerifier | None) -> None:
+    def __init__(self, signatures: ResumableVerifier | None) -> None:
         self._signatures = signatures
+        self.premises = ("changes", None if signatures is None else signatures.premises)
         self._recorded: list[tuple[int, RegistrySnapshot]] = []  # since the newest checkpoint
         self._states = {0: RegistrySnapshot()}  # by generation, before the latest change
         self._latest: tuple[int, RegistrySnapshot] | None = None  # from which generation, and to what
@@ -211,6 +216,26 @@ class _Changes:
             self.has_checkpoint = True
             self._recorded.clear()
         return None
+
+    def copy(self) -> _Changes:
+        """Implement `ResumableCheck.copy`."""
+        made = _Changes(None if self._signatures is None else self._signatures.copy())
+        made._take(self)
+        return made
+
+    def resume(self, earlier: _Changes) -> bool:
+        """Implement `ResumableCheck.resume`."""
+        if self._signatures is not None and (
+            earlier._signatures is None or not self._signatures.resume(earlier._signatures)
+        ):
+            return False
+        self._take(earlier)
+        return True
+
+    def _take(self, other: _Changes) -> None:
+        self._recorded, self._states = list(other._recorded), dict(other._states)
+        self._latest = other._latest
+        self.has_checkpoint, self.was_closed = other.has_checkpoint, other.was_closed
 
     def state(self) -> RecordedState:
         """Return the state after the latest change, whose records are sound."""
@@ -246,11 +271,11 @@ def read_recorded_state(folder: Path, key: Path) -> RecordedState:
         return RecordedState(damage=f"{failure}; restore the key from a backup")
     except AnchorError as failure:
         return RecordedState(damage=str(failure))
-    signatures = None if public is None else CheckpointVerifier(public, () if anchor is None else (anchor,))
+    signatures = None if public is None else ResumableVerifier(public, () if anchor is None else (anchor,))
     changes = _Changes(signatures)
     try:
         with (folder / LOG).open("rb") as file:
-            prefix = read_prefix(file, changes)
+            prefix = read_remembered_prefix(file, folder / LOG, changes)
     except FileNotFoundError:
         if anchor_of(folder).exists():
             return RecordedState(damage=f"it is gone, and `{anchor_of(folder)}` is the anchor of one")
@@ -291,16 +316,37 @@ def recorded_changes(folder: Path) -> list[tuple[str, RegistrySnapshot]]:
     Returns:
         For each change, in order, the digest of the configuration of installed modules, and the snapshot.
     """
-    changes: list[tuple[str, RegistrySnapshot]] = []
+    listed = _ChangeList()
+    with suppress(OSError), open_regular(folder / LOG) as file:
+        read_remembered_prefix(file, folder / LOG, listed)
+    return listed.changes
 
-    def look(record: Record, _: str) -> None:
+
+class _ChangeList(ClosedLogCheck):
+    """List of all changes in a log, counted or not; implements `ResumableCheck`."""
+
+    premises = "list of changes"
+
+    def __init__(self) -> None:
+        super().__init__(self._look)
+        self.changes: list[tuple[str, RegistrySnapshot]] = []
+
+    def _look(self, record: Record, _: str) -> None:
         if record["event"] == _CHANGE:
             with suppress(AttributeError, KeyError, TypeError, ValueError):
                 details = record["details"]
-                changes.append((str(details["configuration"]), _snapshot(details)))
+                self.changes.append((str(details["configuration"]), _snapshot(details)))
 
-    verify_log(folder / LOG, look)
-    return changes
+    def copy(self) -> _ChangeList:
+        """Implement `ResumableCheck.copy`."""
+        made = _ChangeList()
+        made.resume(self)
+        return made
+
+    def resume(self, earlier: _ChangeList) -> bool:
+        """Implement `ResumableCheck.resume`."""
+        self.changes, self._is_closed = list(earlier.changes), earlier._is_closed
+        return True
 
 
 def _snapshot(details: Mapping[str, Any]) -> RegistrySnapshot:

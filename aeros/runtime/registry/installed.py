@@ -6,9 +6,10 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.proving import ProveConfiguration, prove_configuration
+from aeros.runtime.proving import prove_configuration
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files
 from aeros.runtime.registry.lifecycle import ModuleState
+from aeros.runtime.registry.proof_memory import ModuleSet, ProofMemory
 from aeros.runtime.registry.run_modules import LoadedModules
 from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.runtime.registry.stored_modules import StoredModules, refusal
@@ -28,12 +29,11 @@ class InstalledModules(StoredModules):
 
     Args:
         state: the robot's state folder.
-        prove: proves a set of modules, as `proving.prove_configuration` does.
     """
 
-    def __init__(self, state: Path, prove: ProveConfiguration = prove_configuration) -> None:
+    def __init__(self, state: Path) -> None:
         super().__init__(state)
-        self._prove = prove
+        self._proofs = ProofMemory(prove_configuration)
 
     def configuration(self, snapshot: RegistrySnapshot | None = None) -> tuple[Configuration, Report]:
         """Prove the configuration of the active modules.
@@ -118,7 +118,7 @@ class InstalledModules(StoredModules):
         return frozenset(name for name in waiting if snapshot.modules[name].state is ModuleState.INSTALLED)
 
     def _prove_snapshot(self, new: RegistrySnapshot) -> tuple[Configuration, Report]:
-        """Prove the configuration of `new`, whose files are stored.
+        """Prove the configuration of `new`, whose files are stored, unless the proof is known.
 
         Raises:
             UserError: stored files were altered, a needed module is not active, or the proof fails.
@@ -135,14 +135,13 @@ class InstalledModules(StoredModules):
         unconfigured = self._unconfigured(new)
         given = {name: one for name, one in new.configurations.items() if name not in unconfigured}
         settings = OperatorSettings(self.blocks(new), given)
-        configuration, report = self._prove(
-            [folder for name, folder in folders.items() if name not in unconfigured],
+        proved = ModuleSet(
+            {folders[name]: one.digest for name, one in new.modules.items() if name not in unconfigured},
             self.site_file(new),
-            certified=False,
-            settings=settings,
-            active=active.__contains__,
-            active_folders=[folders[name] for name in active],
+            settings,
+            [folders[name] for name in active],
         )
+        configuration, report = self._proofs.prove(proved)
         require_dependencies(configuration)
         return configuration, report
 

@@ -8,12 +8,14 @@ after `deactivate`, `remove` or `block` has returned, no further action of that 
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from aeros.files import open_regular, temporary_folder
-from aeros.runtime.registry.bundle_store import bundle_digest, module_files, stored_bundle, write_files
+from aeros.files import open_regular
+from aeros.runtime.registry.bundle_store import bundle_digest, module_files, stored_bundle
 from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.installed import InstalledModules, load_module
 from aeros.runtime.registry.lifecycle import (
@@ -30,15 +32,17 @@ from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.runtime.registry.stored_modules import policy_file, refusal
 from aeros.runtime.registry.waiting_modules import WaitingModule, needs_one_of, reset_waiting
 from aeros.spec.declared import ecm as declared_ecm
-from aeros.spec.diagnostics.codes import did_you_mean
+from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean, quoted
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.elaborate.load import decode_manifest
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.elaborate.load import decode_manifest, decode_manifest_text, load_ecm
 from aeros.spec.elaborate.module.needs import module_settings
 from aeros.spec.elaborate.module.settings import configure_command
 from aeros.spec.model.configured import UNCONFIGURED, ModuleConfiguration
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
-from aeros.spec.text.files import MAX_BYTES
+from aeros.spec.text.discovery import MANIFEST
+from aeros.spec.text.files import MAX_BYTES, decode_source
 from aeros.spec.text.site_layers import site_content
 from aeros.spec.text.versions import parse_version
 from aeros.spec.verification.reports import Report
@@ -49,7 +53,6 @@ class Registry(InstalledModules):
 
     Args:
         state: the robot's state folder.
-        prove: proves the modules at each change, as `proving.prove_configuration` does.
     """
 
     def committed_snapshot(self, live: ControlPage) -> RegistrySnapshot | None:
@@ -95,23 +98,26 @@ class Registry(InstalledModules):
             if pinned is not None and pinned.removeprefix("sha256:") != digest:
                 name, found = source.name, f"sha256:{digest}"
                 raise refusal("AE963", f"`{name}` does not have the pinned digest: its digest is {found}")
-            declared, settings, command = _read_files(
-                self._site_of(old),
-                old.configurations,
-                files,
-                source,
-                self._folders(old),
-                self._find_waiting(old),
-            )
-            id_, version = declared.id.value, declared.version.value
-            kept = old.modules.get(id_)
-            _require_upgrade(kept, id_, version, digest, allows_downgrade=allows_downgrade)
-            state = _next_state(old, id_, LifecycleAction.INSTALL)
-            if command:
-                state = _state_to_wait(state, id_, source, command)
-            one = InstalledModule(id_, version, digest, state, settings)
-            new = _with_module(old, one)
-            with stored_bundle(files, self.folder / "modules", id_) as folder:
+            store = self.folder / "modules"
+            id_ = _declared_id(files, store / digest / source.name, source, self._site_of(old))
+            with stored_bundle(files, store, id_) as folder:
+                with shown_as(folder, source):
+                    declared, settings, command = _read_stored(
+                        self._site_of(old),
+                        old.configurations,
+                        folder,
+                        source,
+                        self._folders(old),
+                        self._find_waiting(old),
+                    )
+                version = declared.version.value
+                kept = old.modules.get(id_)
+                _require_upgrade(kept, id_, version, digest, allows_downgrade=allows_downgrade)
+                state = _next_state(old, id_, LifecycleAction.INSTALL)
+                if command:
+                    state = _state_to_wait(state, id_, source, command)
+                one = InstalledModule(id_, version, digest, state, settings)
+                new = _with_module(old, one)
                 with shown_as(folder, source):
                     configuration, _ = self._prove_snapshot(new)
                 self._transactions.commit(old, new, f"install {id_} {version} sha256:{digest}", configuration)
@@ -345,39 +351,54 @@ def _withdrawn(before: frozenset[str], name: str, verb: LifecycleAction) -> froz
     return before - {name} if verb is LifecycleAction.ACTIVATE else before
 
 
-def _read_files(
+def _declared_id(files: Mapping[str, bytes], stored: Path, source: Path, site: Site) -> str:
+    """Read the id of a module from the bytes that were read of it, which are going to be in `stored`.
+
+    Raises:
+        UserError: the manifest is missing or has a fault; all of them are reported.
+    """
+    path = str(source / MANIFEST)
+    if MANIFEST not in files:
+        is_folder = any(name.startswith(f"{MANIFEST}/") for name in files)
+        reason = "it is a directory" if is_folder else os.strerror(errno.ENOENT).lower()
+        raise refusal("AE002", f"{quoted(path)} cannot be read: {reason}")
+    manifest = decode_source(path, files[MANIFEST])
+    # Under this path the stored manifest, which has the same text, need not be decoded again.
+    declared = decode_manifest_text(Source(str(stored / MANIFEST), manifest.text))
+    if declared is None:
+        diagnostics = Diagnostics()
+        load_ecm(source, site, diagnostics, manifest=manifest)
+        diagnostics.raise_if_errors()
+        raise refusal("AE961", f"`{source}` holds no module")
+    return declared.id.value
+
+
+def _read_stored(
     site: Site,
     configurations: Mapping[str, ModuleConfiguration],
-    files: Mapping[str, bytes],
+    folder: Path,
     source: Path,
     folders: Mapping[str, Path],
     waiting: Mapping[str, WaitingModule],
 ) -> tuple[declared_ecm.Ecm, ModuleConfiguration, str]:
-    """Read a module from the bytes that were read of it, with those settings that it still declares.
+    """Read a module that was stored, with those settings that it still declares.
 
     A module that waits to be configured is not resolved yet. The third value is the command that configures
     it; empty if it does not wait. One that needs one of `waiting`, and nothing else, cannot be read before.
     """
     installed = folders.values()
-    with temporary_folder() as made:
-        folder = made / (source.resolve().name or "module")
-        write_files(files, folder)
-        with shown_as(folder, source):
-            declared = decode_manifest(folder)
-            if declared is None:
-                load_module(site, folder, installed)
-                raise refusal("AE961", f"`{source}` holds no module")
-            require_installed(declared, installed, source)
-            settings = _still_declared(configurations.get(declared.id.value, UNCONFIGURED), declared)
-            site = site.with_configurations({**configurations, declared.id.value: settings})
-            command = configure_command(declared.id.value, module_settings(declared, site))
-            others = {
-                name: one for name, path in folders.items() if (one := decode_manifest(path)) is not None
-            }
-            if not command and needs_one_of(declared, others, waiting):
-                raise _waits_for(declared.id.value, waiting)
-            if not command:
-                load_module(site, folder, installed)
+    declared = decode_manifest(folder)
+    if declared is None:
+        raise refusal("AE961", f"`{source}` holds no module")
+    require_installed(declared, installed, source)
+    settings = _still_declared(configurations.get(declared.id.value, UNCONFIGURED), declared)
+    site = site.with_configurations({**configurations, declared.id.value: settings})
+    command = configure_command(declared.id.value, module_settings(declared, site))
+    others = {name: one for name, path in folders.items() if (one := decode_manifest(path)) is not None}
+    if not command and needs_one_of(declared, others, waiting):
+        raise _waits_for(declared.id.value, waiting)
+    if not command:
+        load_module(site, folder, installed)
     return declared, settings, command
 
 

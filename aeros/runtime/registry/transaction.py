@@ -214,12 +214,12 @@ class RegistryTransactions:
         if unfinished is not None:
             raise unfinished
         # Modules of past configurations stay, so that decisions under them can be replayed.
-        kept = [
-            one
+        kept = {
+            one.digest
             for snapshot in recorded_configurations(self.folder).values()
             for one in snapshot.modules.values()
-        ]
-        remove_unreferenced(self.folder / "modules", {self.folder / one.folder for one in kept})
+        }
+        remove_unreferenced(self.folder / "modules", kept)
 
     def _record(
         self, old: RegistrySnapshot, new: RegistrySnapshot, description: str, configuration: Configuration

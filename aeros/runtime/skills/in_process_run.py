@@ -35,12 +35,14 @@ class SkillRunResult(NamedTuple):
         reason: text of the reason; empty if it finished.
         outputs: values that it returned, if it finished and returned any.
         causes: the reason as data, if there is more to it than words.
+        lost_hold: position in `StepRequest.held` of the condition that was lost; None if none was.
     """
 
     status: StepStatus
     reason: str
     outputs: Mapping[str, Any] | None = None
     causes: tuple[Cause, ...] = ()
+    lost_hold: int | None = None
 
 
 class SkillRunProtocol(Protocol):

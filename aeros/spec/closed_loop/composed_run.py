@@ -9,6 +9,11 @@ fails, the others may have come to any point.  Where the goal is reached in the 
 starts, but what runs goes on, so the branches may end at any point, too.  Every such state is listed, with
 probability 0: how likely it is depends on how long steps take.  What is missing of 1 is the probability of
 all these states together.  So a loop with such a graph is proved, and its success is predicted within bounds.
+
+A part under `hold` or within `timeout` may be stopped before each of its steps and after each, done or not.
+These failures have probability 0, too.  A condition that a step itself ends breaks with the probability of
+that.  A part whose steps cannot take longer than its `timeout`, by their declared durations, is never late;
+of any other, nothing says how likely it is to be late.
 """
 
 from __future__ import annotations
@@ -25,7 +30,20 @@ from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Part, Step, handler_cycle
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of, walk_parts
+from aeros.spec.model.hold_conditions import predicates_of
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    HeldPart,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    StoppablePart,
+    TimedPart,
+    steps_of,
+    walk_parts,
+)
 
 Role = Literal["step", "retry", "recovery"]
 ROLES: Final[tuple[Role, ...]] = ("step", "retry", "recovery")
@@ -95,14 +113,78 @@ class HandlerCycleError(StateSpaceError):
         self.composition = composition
 
 
-class ComposedRun:
+class _SkillRuns:
+    """Runs of single skills on the way of a composition, and what they leave of the parts around them.
+
+    Args:
+        invoke: makes the invocation of a skill by its name, with constant inputs.
+        is_over: tells whether the goal is reached, after which nothing more starts.
+    """
+
+    def __init__(
+        self,
+        invoke: Callable[[str, Mapping[str, object]], Invocation],
+        is_over: Callable[[State], bool],
+    ) -> None:
+        self._invoke = invoke
+        self._is_over = is_over
+        self._invocations: dict[int, list[Invocation]] = {}
+        self._stops: list[set[State]] = []
+        self._held: list[tuple[StateCondition, Weights]] = []
+        self._through: set[State] = set()
+        self._starts: set[State] = set()
+
+    def _still_held(self, ends: Weights) -> Weights:
+        """Keep the states in which all conditions around hold, or the goal is reached."""
+        for holds, unheld in self._held:
+            broken = {one: weight for one, weight in ends.items() if not (self._is_over(one) or holds(one))}
+            _add(unheld, broken)
+            ends = {one: weight for one, weight in ends.items() if one not in broken}
+        return ends
+
+    def _try(self, step: Step, before: Weights, role: Role, done: Weights, unable: Weights) -> Weights:
+        """Add the states after a success to `done`; return those after a failure."""
+        failing: Weights = {}
+        succeeded: Weights = {}
+        for state, weight in before.items():
+            able = [one for one in self._invocations_of(step) if one.can_start(state)]
+            if self._is_over(state):
+                _add(done, {state: weight})
+            elif not able:
+                _add(unable, {state: weight})
+            if able:
+                self._starts.add(state)
+            for one in able if not self._is_over(state) else ():
+                for stops in self._stops:
+                    stops.update(one.stopped(state))
+                for after, outcome, share in one.after(state):
+                    self._pass(after)
+                    ended = weight.submitted(role).scaled(share / len(able))
+                    _add(failing if outcome.failure else succeeded, {after: ended})
+        _add(done, self._still_held(succeeded))
+        return self._still_held(failing)
+
+    def _invocations_of(self, step: Step) -> list[Invocation]:
+        if id(step) not in self._invocations:
+            self._invocations[id(step)] = [self._invoke(name, step.inputs) for name in step.runs]
+        return self._invocations[id(step)]
+
+    def _pass(self, state: State) -> None:
+        self._through.add(state)
+        if len(self._through) > MAX_STATES:
+            raise RunTooLargeError
+
+
+class ComposedRun(_SkillRuns):
     """Runs of one composition.
 
     Args:
         composition: the composition.
         invoke: makes the invocation of a skill by its name, with constant inputs.
-        condition: makes a condition on states.
+        condition: makes a term a condition on states.
         is_over: tells whether the goal is reached, after which nothing more starts.
+        stop: makes the invocation that stands for the stop of a part.
+        is_late: tells whether a part may take longer than its time.
         uncertain: places in a state of predicates that may be unknown although everything is measured, by
             name: a branch that one of them decides may fail, with probability 0.
 
@@ -112,6 +194,8 @@ class ComposedRun:
     Attributes:
         is_exact: False once a parallel branch could fail, or the goal could be reached before all branches
             end: the probability of what follows is not known.
+        is_open: True once a part could come to its time-out, or one order of parallel branches could end a
+            condition around them: the probabilities are those of runs in which that does not happen.
         is_success_known: False if in the last run the goal could be reached before all branches ended. Else
             the probability of each state of a success is known, and what is missing of 1 is that of failures.
     """
@@ -120,24 +204,26 @@ class ComposedRun:
         self,
         composition: Composition,
         invoke: Callable[[str, Mapping[str, object]], Invocation],
-        condition: Callable[[If[Step]], StateCondition],
+        condition: Callable[[t.Term], StateCondition],
         is_over: Callable[[State], bool],
+        stop: Callable[[StoppablePart[Step]], Invocation],
+        is_late: Callable[[TimedPart[Step]], bool],
         uncertain: Mapping[str, int] = MappingProxyType({}),
     ) -> None:
         if handler_cycle(composition):
             raise HandlerCycleError(composition)
+        super().__init__(invoke, is_over)
         self._composition = composition
-        self._invoke = invoke
         self._condition = condition
-        self._is_over = is_over
+        self._stop = stop
+        self._is_late = is_late
         self._uncertain = dict(uncertain)
-        self._invocations: dict[int, list[Invocation]] = {}
         self._conditions: dict[int, StateCondition] = {}
-        self._through: set[State] = set()
-        self._starts: set[State] = set()
+        self._losses: dict[int, Invocation] = {}
         self._may_go_on = False
         self.is_exact = True
         self.is_success_known = True
+        self.is_open = False
 
     @cached_property
     def is_settled(self) -> bool:
@@ -181,6 +267,8 @@ class ComposedRun:
             case RetriedPart(part=one, retry=retry):
                 again: list[Role] = ["retry"] * retry
                 return self._in_turn((one,) * (retry + 1), before, [role, *again], failed)
+            case StoppablePart():
+                return self._stoppable(part, before, role, failed)
             case FailingPart():
                 # Once the goal is reached, nothing starts, and nothing fails.
                 done = {state: weight for state, weight in before.items() if self._is_over(state)}
@@ -206,7 +294,7 @@ class ComposedRun:
         return done
 
     def _if(self, part: If[Step], before: Weights, role: Role, failed: Weights) -> Weights:
-        holds = self._conditions.setdefault(id(part), self._condition(part))
+        holds = self._decider(part, part.condition)
         done = {state: weight for state, weight in before.items() if self._is_over(state)}
         left = {state: weight for state, weight in before.items() if state not in done}
         read = [place for name, place in self._uncertain.items() if name in t.variables_of(part.condition)]
@@ -220,9 +308,41 @@ class ComposedRun:
             _add(done, self._part(part.otherwise, other, role, failed))
         return done
 
+    def _decider(self, part: If[Step] | HeldPart[Step], term: t.Term) -> StateCondition:
+        if id(part) not in self._conditions:
+            self._conditions[id(part)] = self._condition(term)
+        return self._conditions[id(part)]
+
+    def _stoppable(self, part: StoppablePart[Step], before: Weights, role: Role, failed: Weights) -> Weights:
+        done = {state: weight for state, weight in before.items() if self._is_over(state)}
+        kept = {state: weight for state, weight in before.items() if state not in done}
+        around, unheld, lost = len(self._held), dict[State, Weight](), dict[State, Weight]()
+        if isinstance(part, HeldPart):
+            holds = self._decider(part, predicates_of(part.condition))
+            _add(failed, {state: weight for state, weight in kept.items() if not holds(state)})
+            kept = {state: weight for state, weight in kept.items() if holds(state)}
+            self._held.append((holds, unheld))
+        elif isinstance(part, TimedPart) and self._is_late(part):
+            self.is_open = True
+        self._stops.append(set(kept))
+        _add(done, self._part(part.part, kept, role, lost))
+        del self._held[around:]
+        _add(failed, lost)
+        _add(failed, unheld)
+        if id(part) not in self._losses:
+            self._losses[id(part)] = self._stop(part)
+        for state in self._stops.pop():
+            for after, _, _ in self._losses[id(part)].after(state):
+                self._pass(after)
+                _add(failed, {after: NOTHING})
+        return done
+
     def _par(self, part: Par[Step], before: Weights, role: Role, failed: Weights) -> Weights:
         done: Weights = {}
+        around, failing = self._held, dict[State, Weight]()
         for state, weight in before.items():
+            # What the other branches have done decides, too, if a condition around all of them holds.
+            self._held = []
             outer, alone = (self._through, self._starts), []
             for branch in part.branches:
                 self._through, self._starts, lost = {state}, set(), dict[State, Weight]()
@@ -238,6 +358,10 @@ class ComposedRun:
             together = {combined: _merged(state, combined) for combined in product(*points)}
             for merged in together.values():
                 self._pass(merged)
+                # One order of the branches may break the condition, and another may not.
+                self.is_open |= not all(holds(merged) for holds, _ in around)
+            for stops in self._stops:
+                stops.update(together.values())
             underway = {
                 merged
                 for combined, merged in together.items()
@@ -253,11 +377,12 @@ class ComposedRun:
                 share = weight
             for at, (_, lost, _) in enumerate(alone):
                 others = [points[number] if number != at else list(lost) for number in range(len(points))]
-                _add(failed, {_merged(state, combined): NOTHING for combined in product(*others)})
-            ends = {state: share}
+                _add(failing, {_merged(state, combined): NOTHING for combined in product(*others)})
+            ends, self._held = {state: share}, around
             for branch in part.branches:
                 ends = self._part(branch, ends, role, {})
             _add(done, ends)
+        _add(failed, self._still_held(failing))
         return done
 
     def _step(self, step: Step, before: Weights, role: Role, failed: Weights) -> Weights:
@@ -284,34 +409,6 @@ class ComposedRun:
         else:
             _add(failed, lost)
         return done
-
-    def _try(self, step: Step, before: Weights, role: Role, done: Weights, unable: Weights) -> Weights:
-        """Add the states after a success to `done`; return those after a failure."""
-        failing: Weights = {}
-        for state, weight in before.items():
-            able = [one for one in self._invocations_of(step) if one.can_start(state)]
-            if self._is_over(state):
-                _add(done, {state: weight})
-            elif not able:
-                _add(unable, {state: weight})
-            if able:
-                self._starts.add(state)
-            for one in able if not self._is_over(state) else ():
-                for after, outcome, share in one.after(state):
-                    self._pass(after)
-                    ended = weight.submitted(role).scaled(share / len(able))
-                    _add(failing if outcome.failure else done, {after: ended})
-        return failing
-
-    def _invocations_of(self, step: Step) -> list[Invocation]:
-        if id(step) not in self._invocations:
-            self._invocations[id(step)] = [self._invoke(name, step.inputs) for name in step.runs]
-        return self._invocations[id(step)]
-
-    def _pass(self, state: State) -> None:
-        self._through.add(state)
-        if len(self._through) > MAX_STATES:
-            raise RunTooLargeError
 
 
 def _is_decided(state: State, unknown: Sequence[int], holds: StateCondition) -> bool:

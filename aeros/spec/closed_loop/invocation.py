@@ -17,7 +17,7 @@ from aeros.spec.expr.lower import lower, with_constants
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.model.ecm import Outcome, Skill
-from aeros.spec.model.hold_conditions import hold_loss_outcomes
+from aeros.spec.model.hold_conditions import hold_loss_outcomes, stop_outcomes
 
 MAX_UNSETTLED: Final = 256
 """Greatest number of states that one outcome may lead to, as it leaves variables at any of several values."""
@@ -176,7 +176,11 @@ class Invocation:
             _effects_of(outcome, Fraction(0), names, values_after(skill, outcome))
             for outcome in hold_loss_outcomes(skill, settable)
         ]
-        for one in (*self._outcomes, *self._unheld):
+        self._stops = [
+            _effects_of(outcome, Fraction(0), names, values_after(skill, outcome))
+            for outcome in stop_outcomes(skill)
+        ]
+        for one in (*self._outcomes, *self._unheld, *self._stops):
             if prod(len(values) for _, values in one.unsettled) > MAX_UNSETTLED and not has_unknown:
                 raise UnsettledError(f"`{skill.id}` leaves {len(one.unsettled)} variables of it at any value")
 
@@ -241,6 +245,18 @@ class Invocation:
             for one in self._unheld
         ]
         return results
+
+    def stopped(self, state: State) -> list[State]:
+        """List the states in which a run may be stopped with a part of a composition around it.
+
+        Args:
+            state: a value for each predicate, before the skill runs.
+
+        Returns:
+            The states, each once.
+        """
+        found = (tuple(after) for one in self._stops for after in self._states_after(state, one))
+        return list(dict.fromkeys(found))
 
     def _states_after(self, state: State, one: _OutcomeEffects) -> list[list[Any]]:
         changed = _apply_effects(state, one.known)

@@ -25,9 +25,9 @@ from aeros.spec.expr.lower import lower, values_by_scalar, with_constants
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
 from aeros.spec.expr.units import format_quantity
 from aeros.spec.model.ecm import Ecm, Outcome, PlanningRule, Skill, Task
-from aeros.spec.model.hold_conditions import HOLD_LOST
+from aeros.spec.model.hold_conditions import HOLD_LOST, STOPPED, predicates_of
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, steps_of, walk_parts
+from aeros.spec.model.step_graph import HeldPart, If, steps_of, walk_parts
 from aeros.spec.model.task_parameters import is_parameter
 from aeros.spec.model.variables import Declared
 
@@ -166,7 +166,7 @@ class LoopVariables:
         is_open = (
             is_moved(declared.name, skill, self._site)
             or any(declared.name in readings_behind(one, self._definitions) for one in defined)
-            or (outcome.id == HOLD_LOST and self._may_set(declared.name, skill))
+            or (outcome.id in (HOLD_LOST, STOPPED) and self._may_set(declared.name, skill))
         )
         return self.values[name] if is_open else None
 
@@ -273,8 +273,9 @@ def conditions_of(ecm: Ecm, task: Task) -> Iterator[t.Term]:
     for rule in task.rules:
         for alternative in ecm.alternatives(rule.skill):
             if alternative.composition is not None:
-                parts = walk_parts(alternative.composition.body)
+                parts = list(walk_parts(alternative.composition.body))
                 yield from (part.condition for part in parts if isinstance(part, If))
+                yield from (predicates_of(part.condition) for part in parts if isinstance(part, HeldPart))
                 yield alternative.composition.precondition
     for name, inputs in _runs_of(ecm, task):
         skill = ecm.callable_skills[name]

@@ -85,7 +85,7 @@ def _cases(node: _Node, system: TransitionSystem, replans: int) -> Iterable[_Cas
     for move in found:
         if move.undecided:
             undecided[move.choice].append(move)
-            if move.case:  # then its own probability means nothing
+            if move.case or move.is_open:  # then its own probability means nothing
                 continue
         if move.case:
             together[move.choice, move.case].append(move)

@@ -21,20 +21,23 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from itertools import product
 from typing import Any, Final, Literal, TypeAlias
 
 from aeros.spec.closed_loop.composed_run import ComposedRun, Role, RunTooLargeError
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition, UnsettledError
+from aeros.spec.closed_loop.loop_stops import stop_in_loop
 from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError, recoveries_of, skills_of
 from aeros.spec.consequences.consequences import (
     known_definitions,
     uncertain_predicates,
     with_consequences,
 )
+from aeros.spec.consequences.durations import may_be_late
 from aeros.spec.expr import terms as t
-from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Task
+from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Skill, Task
 from aeros.spec.model.site import Site
 
 MAX_PLAN_STEPS: Final = 100
@@ -82,6 +85,7 @@ class Transition:
         through: states on the way, if a composition is run.
         case: of moves with the same case from one state, for the same choice, nothing decides which is made;
             empty for a move that outcomes of their probability lead to.
+        is_open: its probability is not known: what `undecided` says holds instead.
         undecided: if positive, the probability of all moves for the same choice that have it together,
             beyond those of each: nothing is known of how they share it.
     """
@@ -95,6 +99,7 @@ class Transition:
     through: frozenset[State] = frozenset()
     case: str = ""
     undecided: Fraction = Fraction(0)
+    is_open: bool = False
 
 
 class TransitionSystem:
@@ -108,15 +113,16 @@ class TransitionSystem:
         task: the task.
         variables: the state variables that the loop depends on.
         names: their names, in the order of every state.
+        stop: describes the stop of a part of a composition as a skill that only fails.
     """
 
     def __init__(self, ecm: Ecm, task: Task, site: Site) -> None:
         ecm = with_consequences(ecm, site)
-        self.ecm = ecm
-        self.task = task
+        self.ecm, self.task = ecm, task
         self.variables = LoopVariables(ecm, task, site)
         self.names = tuple(self.variables.variables)
-        self._skills = ecm.callable_skills
+        self._skills, definitions = ecm.callable_skills, known_definitions(ecm)
+        self.stop = partial(stop_in_loop, skills=self._skills, state=site.state, definitions=definitions)
         self._invocations: list[Invocation] = []
         settable = {
             name for skill in skills_of(ecm, task) for one in skill.outcomes.values() for name in one.effects
@@ -129,7 +135,7 @@ class TransitionSystem:
         self._looked_up = [(index, place) for index, place in enumerate(places) if place is not None]
         self._decided = [index for index, place in enumerate(places) if place is None]
         self._settable = settable
-        uncertain = uncertain_predicates(known_definitions(ecm))
+        uncertain = uncertain_predicates(definitions)
         self._uncertain = {name: place for place, name in enumerate(self.names) if name in uncertain}
         self._steps = [[self._way(one, rule) for one in ecm.alternatives(rule.skill)] for rule in task.rules]
         self._providers = [ecm.providers(rule.skill) for rule in task.rules]
@@ -159,19 +165,18 @@ class TransitionSystem:
     @property
     def inexact_reason(self) -> str:
         """Reason that the probability of a move explored so far is not known; empty if all are known."""
-        unsettled = (one.unsettled for one in self._invocations if one.unsettled)
-        composed = (way for ways in self._steps for way in ways if isinstance(way, _ComposedWay))
-        if not all(way.run.is_exact for way in composed):
-            return "which of several steps fails first depends on how long they take"
-        return next(unsettled, "")
+        return _inexact_reason(self._invocations, [way for ways in self._steps for way in ways])
 
     def _invocation(self, skill: str, inputs: Mapping[str, Any]) -> Invocation:
-        try:
-            made = Invocation(self._skills[skill], inputs, self.names, self._settable, self.variables.after)
-        except UnsettledError as error:
-            raise StateSpaceError(str(error)) from error
+        made = self._invocation_of(self._skills[skill], inputs)
         self._invocations.append(made)
         return made
+
+    def _invocation_of(self, skill: Skill, inputs: Mapping[str, Any]) -> Invocation:
+        try:
+            return Invocation(skill, inputs, self.names, self._settable, self.variables.after)
+        except UnsettledError as error:
+            raise StateSpaceError(str(error)) from error
 
     def _helpers(self, ecm: Ecm, name: str | None) -> list[Invocation]:
         return [] if name is None else [self._invocation(one, {}) for one in ecm.providers(name)]
@@ -179,15 +184,17 @@ class TransitionSystem:
     def _way(self, alternative: Alternative, rule: PlanningRule) -> _Way:
         if alternative.composition is None:
             return _SkillWay(self._invocation(alternative.name, rule.inputs))
+        composition = alternative.composition
         run = ComposedRun(
-            alternative.composition,
+            composition,
             self._invocation,
-            lambda part: self.condition(part.condition),
+            self.condition,
             self._goal,
+            lambda part: self._invocation_of(self.stop(part, composition), {}),
+            lambda part: may_be_late(part, composition.handlers, self._skills),
             self._uncertain,
         )
-        precondition = self.condition(alternative.composition.precondition)
-        return _ComposedWay(alternative.name, precondition, run)
+        return _ComposedWay(alternative.name, self.condition(composition.precondition), run)
 
     def blocked_step(self, node: LoopState) -> tuple[PlanningRule, str] | None:
         """Find a skill that is due for its first try and cannot start.
@@ -359,13 +366,13 @@ class _Ending:
     through: frozenset[State] = frozenset()
     case: str = ""
     undecided: Fraction = Fraction(0)
+    is_open: bool = False
 
     def transition(self, target: LoopState, choices: int, role: Role, way: str) -> Transition:
         """Return the move to where the loop goes on; each of the agent's choices is as likely as another."""
         shares = (self.probability / choices, self.undecided / choices)
-        return Transition(
-            target, shares[0], role, self.label, way, self.counts, self.through, self.case, shares[1]
-        )
+        found = (target, shares[0], role, self.label, way, self.counts, self.through, self.case)
+        return Transition(*found, shares[1], self.is_open)
 
 
 def _case_name(number: int, case: Sequence[object]) -> str:
@@ -406,8 +413,9 @@ class _ComposedWay:
         except RunTooLargeError as error:
             raise StateSpaceError(f"`{self.name}` comes through too many states") from error
         known = sum((one.probability for ends in (done, failed) for one in ends.values()), Fraction(0))
-        undecided = 1 - known if self.run.is_settled else Fraction(1)
-        only_fails = self.run.is_settled and self.run.is_success_known
+        is_known = self.run.is_settled and not self.run.is_open
+        undecided = 1 - known if is_known else Fraction(1)
+        only_fails = is_known and self.run.is_success_known
         for ends, is_failure, word in ((done, False, "done"), (failed, True, "failed")):
             for after, weight in ends.items():
                 share = weight.probability
@@ -416,7 +424,9 @@ class _ComposedWay:
                 case = "" if self.run.is_settled else word
                 label = f"{self.name} → {word}"
                 opened = Fraction(0) if only_fails and not is_failure else undecided
-                yield _Ending(after, is_failure, share, label, counts, through, case, opened)
+                yield _Ending(
+                    after, is_failure, share, label, counts, through, case, opened, self.run.is_open
+                )
 
 
 _Way: TypeAlias = _SkillWay | _ComposedWay
@@ -431,3 +441,12 @@ def _is_cyclic(edges: list[tuple[str, str]]) -> bool:
     except CycleError:
         return True
     return False
+
+
+def _inexact_reason(invocations: Sequence[Invocation], ways: Sequence[_Way]) -> str:
+    runs = [way.run for way in ways if isinstance(way, _ComposedWay)]
+    if not all(run.is_exact for run in runs):
+        return "which of several steps fails first depends on how long they take"
+    if any(run.is_open for run in runs):
+        return "a part may be stopped in its midst, which depends on how long its steps take"
+    return next((one.unsettled for one in invocations if one.unsettled), "")

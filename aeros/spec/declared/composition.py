@@ -60,7 +60,9 @@ class Handler:
 
 @dataclass(frozen=True)
 class Part:
-    """One node of a composition graph: `seq`, `par`, `any`, `tolerate`, `if`, `check`, or a step's `skill`.
+    """One node of a composition graph, of exactly one form.
+
+    The forms are `seq`, `par`, `any`, `tolerate`, `if`, `check`, `hold`, `timeout`, and a step's `skill`.
 
     Attributes:
         span: its place in the file.
@@ -88,6 +90,24 @@ class Part:
     check: ExpressionField | None = field(
         default=None,
         metadata={"doc": "a condition on the state; this part fails if it does not hold"},
+    )
+    hold: ExpressionField | None = field(
+        default=None,
+        metadata={
+            "doc": "a condition on the state that is held while `part` runs: once it is not measured as "
+            "true, the running steps are stopped and this part fails",
+            "example": "{hold: robot_at_table, part: {skill: wipe}, on_failure: stop}",
+        },
+    )
+    timeout: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "the time that `part` has, as in `timeout: 20 s`; once it has passed, the running steps "
+            "are stopped and this part fails"
+        },
+    )
+    part: Part | None = field(
+        default=None, metadata={"doc": "the part that runs under `hold` or within `timeout`"}
     )
     if_: ExpressionField | None = field(
         default=None, metadata={"doc": "a condition on the state, as in `if: object_detected`"}
@@ -123,7 +143,7 @@ class Part:
         default=None,
         metadata={
             "doc": "the handler or skill that runs after the last try; then, or with `stop` at once, the "
-            "composition fails"
+            "composition fails. `hold` and `timeout` take `stop` alone"
         },
     )
 

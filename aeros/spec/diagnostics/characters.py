@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Final
 
 MAX_MARKS: Final = 30
@@ -79,6 +80,7 @@ def is_hidden(character: str) -> bool:
     )
 
 
+@lru_cache(maxsize=64)
 def find_hidden(text: str) -> int | None:
     r"""Find the first hidden character of a text of several lines, or the first mark too many on one letter.
 

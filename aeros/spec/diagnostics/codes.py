@@ -424,6 +424,10 @@ _TABLE: Final = (
     DiagnosticCode(
         "AE862", "too-many-paths", "composition", "a composition has more paths than AEROS explores"
     ),
+    DiagnosticCode(
+        "AE863", "part-never-succeeds", "composition", "a part under `hold` or `timeout` fails in every run"
+    ),
+    DiagnosticCode("AE864", "plan-too-large", "composition", "a composition is larger than the agent runs"),
     # AE88x: configurations
     DiagnosticCode("AE881", "same-module-twice", "configuration", "two modules have the same name"),
     DiagnosticCode("AE882", "ambiguous-word", "configuration", "one word leads to tasks of two modules"),

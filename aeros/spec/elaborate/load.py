@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -122,8 +122,8 @@ def load_ecm(
 ) -> LoadedEcm | None:
     """Load the module in a folder, under a site.
 
-    A module that depends on no file but its own is elaborated once a process, as long as it is as it was: the
-    same text and code under the same site give the same module.
+    A module without models is elaborated once a process, as long as it and those that it requires are as they
+    were: the same text and code under the same site, around the same modules, give the same module.
 
     Args:
         folder: the module's folder, which holds `ecm.yaml`.
@@ -150,28 +150,64 @@ def load_ecm(
         return None
     digests = text_digest(source.text), code_digest(code)
     needed = declared.dependencies
+    around = None
     if needed.modules.items or needed.capabilities.items:
-        foreign = _foreign_names(declared, folder, site, surroundings, above)
-        faults = Diagnostics()
-        ecm = elaborate_ecm(declared, site, str(folder), digests, faults, foreign)
-        diagnostics.extend(blame_missing_modules(declared, foreign, faults))
-    elif declared.models:  # files, which elaboration reads itself
-        ecm = elaborate_ecm(declared, site, str(folder), digests, diagnostics)
-    else:
-        ecm, faults = _elaborate_unread(source, _SameSite(site), str(folder), digests)
-        diagnostics.extend(faults)
+        around = _modules_around(declared, folder, site, surroundings, above)
+    # Of a module with models, which are files, the arguments are not all that the result depends on.
+    elaborate = _elaborate.__wrapped__ if declared.models else _elaborate
+    ecm, faults = elaborate(source, site, str(folder), digests, around)
+    diagnostics.extend(faults if around is None else blame_missing_modules(declared, around.names, faults))
     return None if ecm is None else LoadedEcm(ecm, code)
 
 
-def _foreign_names(
+class _ModulesAround:
+    """The modules that a module requires; equal where these are the same objects.
+
+    Args:
+        needed: names of the modules that it requires by name.
+        modules: these, and those that provide a capability that it requires, by name.
+        providers: for each required capability, those that provide it, each with True if it is active.
+        unsuitable: for each required capability, those that provide it in another version.
+    """
+
+    def __init__(
+        self,
+        needed: frozenset[str],
+        modules: Mapping[str, Ecm],
+        providers: Mapping[str, list[tuple[Ecm, bool]]],
+        unsuitable: Mapping[str, tuple[tuple[str, str], ...]],
+    ) -> None:
+        self._needed, self._modules, self._providers = needed, modules, providers
+        self._unsuitable = unsuitable
+        self._identity = (
+            needed,
+            tuple((name, id(one)) for name, one in modules.items()),
+            tuple((name, tuple((id(one), at) for one, at in each)) for name, each in providers.items()),
+            tuple(unsuitable.items()),
+        )
+
+    @cached_property
+    def names(self) -> ForeignNames:
+        """What a module may call of them."""
+        found = foreign_names(self._modules, self._needed, self._providers)
+        return replace(found, unsuitable=self._unsuitable)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _ModulesAround) and other._identity == self._identity
+
+    def __hash__(self) -> int:
+        return hash(self._identity)
+
+
+def _modules_around(
     declared: declared_ecm.Ecm,
     folder: Path,
     site: Site,
     surroundings: Surroundings,
     above: frozenset[str],
-) -> ForeignNames:
-    """Load the modules that a module requires, as far as they can be read; list what it may call of them."""
-    needed = {name.value for name, _ in declared.dependencies.modules}
+) -> _ModulesAround:
+    """Load the modules that a module requires, as far as they can be read."""
+    needed = frozenset(name.value for name, _ in declared.dependencies.modules)
     ranges = {name.value: one.version.value for name, one in declared.dependencies.required_capabilities}
     above |= {declared.id.value}
     modules: dict[str, Ecm] = {}
@@ -197,7 +233,7 @@ def _foreign_names(
                 providers[name].append((loaded.ecm, one in surroundings.active))
             else:
                 unsuitable[name] = (*unsuitable.get(name, ()), (loaded.ecm.id, version))
-    return replace(foreign_names(modules, needed, providers), unsuitable=unsuitable)
+    return _ModulesAround(needed, modules, providers, unsuitable)
 
 
 def decode_manifest(folder: Path) -> declared_ecm.Ecm | None:
@@ -225,35 +261,24 @@ def decode_manifest_text(source: Source) -> declared_ecm.Ecm | None:
     return _decode_ecm(source)[0]
 
 
-@lru_cache(maxsize=512)
+# A robot may have a thousand modules, which each change of its registry reads in turn.
+@lru_cache(maxsize=2048)
 def _decode_ecm(source: Source) -> tuple[declared_ecm.Ecm | None, Diagnostics]:
     diagnostics = Diagnostics()
     return _decode_source(source, declared_ecm.Ecm, diagnostics), diagnostics
 
 
-class _SameSite:
-    """A site that equals only itself: two sites with one digest can differ in what messages point at."""
-
-    def __init__(self, site: Site) -> None:
-        self.site = site
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _SameSite) and other.site is self.site
-
-    def __hash__(self) -> int:
-        return id(self.site)
-
-
-@lru_cache(maxsize=512)
-def _elaborate_unread(
-    source: Source, site: _SameSite, folder: str, digests: tuple[str, str]
+@lru_cache(maxsize=2048)
+def _elaborate(
+    source: Source, site: Site, folder: str, digests: tuple[str, str], around: _ModulesAround | None
 ) -> tuple[Ecm | None, Diagnostics]:
-    """Elaborate a module whose manifest names no file: its arguments are all that the result depends on."""
+    """Elaborate a module; without models, its arguments are all that the result depends on."""
     diagnostics = Diagnostics()
     declared, _ = _decode_ecm(source)
     if declared is None:
         return None, diagnostics
-    return elaborate_ecm(declared, site.site, folder, digests, diagnostics), diagnostics
+    foreign = ForeignNames() if around is None else around.names
+    return elaborate_ecm(declared, site, folder, digests, diagnostics, foreign), diagnostics
 
 
 def _site_source(path: str | os.PathLike[str], diagnostics: Diagnostics) -> Source | None:

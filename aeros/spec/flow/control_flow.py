@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
+from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, StoppablePart
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -17,6 +17,7 @@ STOPPED: Final = "stopped"
 FAILURE: Final = "failure"
 LAST_FAILURE: Final = "last failure"
 NO_TRY_LEFT: Final = "no try is left"
+STOPPED_MIDWAY: Final = "at any time until its end"
 
 
 def control_flow_graph(composition: Composition) -> nx.DiGraph[str]:
@@ -24,7 +25,8 @@ def control_flow_graph(composition: Composition) -> nx.DiGraph[str]:
 
     Nodes: `start`, `done` and `stopped`; each step by `step/NAME`, handler by `handler/NAME`,
     condition by `if/TEXT@NUMBER`, the two ends of a `par` by `fork@NUMBER` and `join@NUMBER`, the beginning
-    of a part that is retried by `tries@NUMBER`, and a tolerated failure by `tolerated@NUMBER`.
+    of a part that is retried by `tries@NUMBER`, that of one under `hold` or within `timeout` by
+    `while@NUMBER`, and a tolerated failure by `tolerated@NUMBER`.
 
     Args:
         composition: the composition.
@@ -86,6 +88,11 @@ def _add(graph: nx.DiGraph[str], part: Part, loose: _DanglingEdges, lost: _Dangl
                 graph.add_edge(before, node, on=on)
             lost.append((node, NO_TRY_LEFT))
             return ends
+        case StoppablePart(part=inner):
+            node = f"while@{len(graph)}"
+            _connect(graph, node, part, loose)
+            lost.append((node, STOPPED_MIDWAY))
+            return _add(graph, inner, [(node, "")], lost)
         case FailingPart():
             lost += loose
             return []

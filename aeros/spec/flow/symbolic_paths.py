@@ -16,6 +16,9 @@ Each branch of a `par` is explored by itself.  Where no branch writes what anoth
 claim of its own, the interleaving changes nothing for a branch.  The part after the `par` is reached when all
 branches have succeeded.  While another branch may run a skill, only predicates are known.  Where a branch
 fails, the others are stopped anywhere: all that their steps may set is forgotten.
+
+A part under `hold` or within `timeout` may be stopped before each of its steps and after each, done or not,
+and fails then.  What the condition reads is forgotten; between its steps, the condition is known to hold.
 """
 
 from __future__ import annotations
@@ -25,6 +28,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+from aeros.spec.consequences.disturbance import Definitions, disturbed_by_changes
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.effects import Increment
 from aeros.spec.expr.lower import lower
@@ -32,8 +36,18 @@ from aeros.spec.expr.types import BoolType, EnumType, IntegerType
 from aeros.spec.flow.arguments import effect_term
 from aeros.spec.model.composition import Composition, Part, Step, handlers_of
 from aeros.spec.model.ecm import Outcome, Skill
-from aeros.spec.model.hold_conditions import hold_loss_outcomes
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of
+from aeros.spec.model.hold_conditions import hold_loss_outcomes, stop_outcomes
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    HeldPart,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    StoppablePart,
+    steps_of,
+)
 from aeros.spec.model.task_parameters import is_parameter
 from aeros.spec.model.variables import Declared
 
@@ -78,25 +92,19 @@ SymbolicStates = dict[SymbolicState, OutcomeTrace]
 
 
 @dataclass
-class PathExploration:
-    """Exploration of a composition, and the situations met so far.
-
-    Attributes:
-        skills: skills of the module by name.
-        state: state variables of the site by name.
-        handlers: handlers of the composition by name.
-        states_at_steps: by step or `handler/NAME`, the situations in which its skill is about to start.
-        states_at_ifs: by `id` of an `if`, as the same may stand at two places, the situations in which it
-            is decided.
-        final_states: the situations in which the whole composition has succeeded.
-    """
+class _RunExploration:
+    """Exploration of single runs of skills, of which `PathExploration` makes paths, with their attributes."""
 
     skills: Mapping[str, Skill]
     state: Mapping[str, Declared]
     handlers: Mapping[str, Step]
     states_at_steps: dict[str, SymbolicStates] = field(default_factory=dict)
     states_at_ifs: dict[int, SymbolicStates] = field(default_factory=dict)
+    states_after_parts: dict[int, SymbolicStates] = field(default_factory=dict)
     final_states: SymbolicStates = field(default_factory=dict)
+    definitions: Definitions = field(default_factory=dict)
+    _stops: list[SymbolicStates] = field(default_factory=list)
+    _held: list[t.Term] = field(default_factory=list)
     _count: int = 0
     _depth: int = 0
     _is_recording: bool = True
@@ -107,137 +115,30 @@ class PathExploration:
         skills = self.skills.values()
         return frozenset(name for one in skills for o in one.outcomes.values() for name in o.effects)
 
-    def execute(self, part: Part, before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
-        """Explore a part of the composition and record the situations met in it.
-
-        Args:
-            part: part of the composition.
-            before: situations before the part.
-            failed: receives the situations in which a step of it has failed for good.
-
-        Returns:
-            The situations in which the part has succeeded.
-
-        Raises:
-            TooManyPathsError: more than `MAX_SYMBOLIC_STATES` situations were met.
-        """
-        match part:
-            case Step():
-                return self._step(part, before, part.id, failed)
-            case Seq(parts=inner):
-                for one in inner:
-                    before = self.execute(one, before, failed)
-                return before
-            case Par():
-                return self._par(part, before, failed)
-            case If():
-                return self._if(part, before, failed)
-            case Fallback():
-                return self._fallback(part, before, failed)
-            case RetriedPart():
-                return self._retried(part, before, failed)
-            case FailingPart():
-                _merge(failed, before)
-                return {}
-
-    def _fallback(
-        self, part: Fallback[Step], before: SymbolicStates, failed: SymbolicStates
-    ) -> SymbolicStates:
-        done: SymbolicStates = {}
-        for one in part.parts:
-            lost: SymbolicStates = {}
-            _merge(done, self.execute(one, before, lost))
-            before = lost
-        _merge(failed, before)
-        return done
-
-    def _retried(
-        self, part: RetriedPart[Step], before: SymbolicStates, failed: SymbolicStates
-    ) -> SymbolicStates:
-        done: SymbolicStates = {}
-        for _ in range(part.retry + 1):
-            lost: SymbolicStates = {}
-            _merge(done, self.execute(part.part, before, lost))
-            if lost.keys() == before.keys():
-                break  # each further try begins and ends as this one
-            before = lost
-        _merge(failed, lost)
-        return done
-
-    def _par(self, part: Par[Step], before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
-        kept: SymbolicStates = {}
-        for situation, trace in before.items():
-            kept.setdefault(self._forget_measurements(situation), trace)
-        self._depth += 1
-        written = [self._writes(branch) for branch in part.branches]
-        for number, branch in enumerate(part.branches):
-            lost: SymbolicStates = {}
-            self.execute(branch, kept, lost)
-            others = frozenset().union(*written[:number], *written[number + 1 :])
-            for situation, trace in lost.items():
-                failed.setdefault(self._forget_measurements(situation, others), trace)
-        was_recording, self._is_recording = self._is_recording, False
-        for branch in part.branches:
-            kept = self.execute(branch, kept, {})
-        self._is_recording = was_recording
-        self._depth -= 1
-        return kept
-
-    def _writes(self, branch: Part) -> frozenset[str]:
-        """Names of all that the steps of a branch, their handlers included, may set or disturb."""
-        steps = [run for one in steps_of(branch) for run in (one, *handlers_of(one, self.handlers))]
-        skills = [self.skills[name] for step in steps for name in step.runs]
-        outcomes = [one for skill in skills for one in skill.outcomes.values()]
-        ranged = (bound.variable for one in outcomes for bound in one.ranges)
-        return frozenset(ranged).union(
-            *(one.effects for one in outcomes),
-            *(one.consequences for one in outcomes),
-            *(skill.disturbed for skill in skills),
-        )
-
-    def _if(self, part: If[Step], before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
-        if self._is_recording:
-            _merge(self.states_at_ifs.setdefault(id(part), {}), before)
+    def _decide(self, condition: t.Term, before: SymbolicStates) -> tuple[SymbolicStates, SymbolicStates]:
+        """Split situations into those in which a condition holds, and those in which it does not."""
         then: SymbolicStates = {}
         otherwise: SymbolicStates = {}
         for situation, trace in before.items():
-            condition = situation.condition(part.condition, self.state)
-            for branch, term in ((then, condition), (otherwise, fold_constants(t.Not(condition)))):
+            holds = situation.condition(condition, self.state)
+            for branch, term in ((then, holds), (otherwise, fold_constants(t.Not(holds)))):
                 if term != t.FALSE:
                     known = SymbolicState(
                         situation.assignment, situation.path_condition | split_conjunction(term)
                     )
                     branch.setdefault(self._forget_measurements(known) if self._depth else known, trace)
-        after = dict(self.execute(part.then, then, failed))
-        if part.otherwise is not None:
-            _merge(after, self.execute(part.otherwise, otherwise, failed))
-        return after
+        return then, otherwise
 
-    def _step(self, step: Step, before: SymbolicStates, name: str, failed: SymbolicStates) -> SymbolicStates:
-        done: SymbolicStates = {}
-        lost: SymbolicStates = {}
-        tried: set[SymbolicState] = set()
-        for tries_left in range(step.retry, -1, -1):
-            # A situation that was tried before leads to nothing new.
-            before = {situation: trace for situation, trace in before.items() if situation not in tried}
-            tried.update(before)
-            self._record_visit(name, before)
-            before = self._run(step, before, done)
-            # Any try may be the last: the agent's memory may leave out those that are left.
-            _merge(lost, before)
-            if tries_left and before and step.between_tries is not None:
-                handler = self.handlers[step.between_tries]
-                before = self._step(handler, before, f"handler/{step.between_tries}", lost)
-        if lost and step.last_handler is not None:
-            before, lost = lost, {}
-            handler = self.handlers[step.last_handler]
-            _merge(lost, self._step(handler, before, f"handler/{step.last_handler}", lost))
-        _merge(failed, lost)
-        return done
+    def _still_held(self, situations: SymbolicStates) -> SymbolicStates:
+        """Keep the situations in which all conditions around hold, and note there that they do."""
+        for term in self._held:
+            situations, _ = self._decide(term, situations)
+        return situations
 
     def _run(self, step: Step, before: SymbolicStates, done: SymbolicStates) -> SymbolicStates:
         """Return the situations after a failure; add those after a success to `done`."""
         failed: SymbolicStates = {}
+        succeeded: SymbolicStates = {}
         for name in step.runs:
             skill = self.skills[name]
             shown = step.id if len(step.runs) == 1 else f"{step.id} by {name}"
@@ -246,14 +147,26 @@ class PathExploration:
                 for situation, trace in before.items():
                     after = self._apply_outcome(situation, outcome)
                     ended = (*trace, f"{shown} → {outcome.id}")
-                    (failed if outcome.failure else done).setdefault(after, ended)
+                    (failed if outcome.failure else succeeded).setdefault(after, ended)
                     for other in _measured_instead(skill, outcome):
                         if _may_hold(other, situation, after):
                             both = {**outcome.effects, **other.effects}
                             mistaken = self._apply_outcome(situation, _with_effects(outcome, both))
                             ended = (*trace, f"{shown} → {other.id}")
-                            (failed if other.failure else done).setdefault(mistaken, ended)
-        return failed
+                            (failed if other.failure else succeeded).setdefault(mistaken, ended)
+            self._note_stops(skill, before, shown)
+        for stops in self._stops:
+            _merge(stops, {**succeeded, **failed})
+        _merge(done, self._still_held(succeeded))
+        return self._still_held(failed)
+
+    def _note_stops(self, skill: Skill, before: SymbolicStates, shown: str) -> None:
+        """Note the situations in which a run of a skill may be stopped with a part around it."""
+        for outcome in stop_outcomes(skill) if self._stops else ():
+            for situation, trace in before.items():
+                after = self._apply_outcome(situation, outcome)
+                for stops in self._stops:
+                    stops.setdefault(after, (*trace, f"{shown} → {outcome.id}"))
 
     def _apply_outcome(self, situation: SymbolicState, outcome: Outcome) -> SymbolicState:
         before = self._forget_measurements(situation, outcome.unsettled)
@@ -303,6 +216,179 @@ class PathExploration:
             _merge(self.states_at_steps.setdefault(name, {}), situations)
 
 
+@dataclass
+class PathExploration(_RunExploration):
+    """Exploration of a composition, and the situations met so far.
+
+    Attributes:
+        skills: skills of the module by name.
+        state: state variables of the site by name.
+        handlers: handlers of the composition by name.
+        states_at_steps: by step or `handler/NAME`, the situations in which its skill is about to start.
+        states_at_ifs: by `id` of an `if`, as the same may stand at two places, the situations in which it
+            is decided.
+        states_after_parts: by `id` of a part under `hold` or within `timeout`, those in which it has
+            succeeded.
+        final_states: the situations in which the whole composition has succeeded.
+        definitions: definitions of predicates by full name.
+    """
+
+    def execute(self, part: Part, before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
+        """Explore a part of the composition and record the situations met in it.
+
+        Args:
+            part: part of the composition.
+            before: situations before the part.
+            failed: receives the situations in which a step of it has failed for good.
+
+        Returns:
+            The situations in which the part has succeeded.
+
+        Raises:
+            TooManyPathsError: more than `MAX_SYMBOLIC_STATES` situations were met.
+        """
+        match part:
+            case Step():
+                return self._step(part, before, part.id, failed)
+            case Seq(parts=inner):
+                for one in inner:
+                    before = self.execute(one, before, failed)
+                return before
+            case Par():
+                return self._par(part, before, failed)
+            case If():
+                return self._if(part, before, failed)
+            case Fallback():
+                return self._fallback(part, before, failed)
+            case RetriedPart():
+                return self._retried(part, before, failed)
+            case StoppablePart():
+                return self._stoppable(part, before, failed)
+            case FailingPart():
+                _merge(failed, before)
+                return {}
+
+    def _fallback(
+        self, part: Fallback[Step], before: SymbolicStates, failed: SymbolicStates
+    ) -> SymbolicStates:
+        done: SymbolicStates = {}
+        for one in part.parts:
+            lost: SymbolicStates = {}
+            _merge(done, self.execute(one, before, lost))
+            before = lost
+        _merge(failed, before)
+        return done
+
+    def _retried(
+        self, part: RetriedPart[Step], before: SymbolicStates, failed: SymbolicStates
+    ) -> SymbolicStates:
+        done: SymbolicStates = {}
+        for _ in range(part.retry + 1):
+            lost: SymbolicStates = {}
+            _merge(done, self.execute(part.part, before, lost))
+            if lost.keys() == before.keys():
+                break  # each further try begins and ends as this one
+            before = lost
+        _merge(failed, lost)
+        return done
+
+    def _stoppable(
+        self, part: StoppablePart[Step], before: SymbolicStates, failed: SymbolicStates
+    ) -> SymbolicStates:
+        freed: set[str] = set()
+        if isinstance(part, HeldPart):
+            condition = part.condition.term
+            before, unheld = self._decide(condition, before)
+            _merge(failed, unheld)
+            freed = {
+                name for name, one in t.variables_of(condition).items() if one.role is t.VariableRole.STATE
+            }
+            freed |= disturbed_by_changes(freed, self.definitions).keys()
+            self._held.append(condition)
+        lost: SymbolicStates = {}
+        self._stops.append(dict(before))
+        done = self.execute(part.part, before, lost)
+        stops = self._stops.pop()
+        if isinstance(part, HeldPart):
+            self._held.pop()
+        _merge(failed, lost)
+        for situation, trace in stops.items():
+            failed.setdefault(self._forget_measurements(situation, freed), trace)
+        if self._is_recording:
+            _merge(self.states_after_parts.setdefault(id(part), {}), done)
+        return done
+
+    def _par(self, part: Par[Step], before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
+        kept: SymbolicStates = {}
+        for situation, trace in before.items():
+            kept.setdefault(self._forget_measurements(situation), trace)
+        written = [self._writes(branch) for branch in part.branches]
+        for stops in self._stops:
+            for situation, trace in kept.items():
+                stops.setdefault(self._forget_measurements(situation, frozenset().union(*written)), trace)
+        # What the other branches have done decides, too, if a condition around all of them holds.
+        around, self._stops, self._held = (self._stops, self._held), [], []
+        self._depth += 1
+        ended: SymbolicStates = {}
+        for number, branch in enumerate(part.branches):
+            lost: SymbolicStates = {}
+            self.execute(branch, kept, lost)
+            others = frozenset().union(*written[:number], *written[number + 1 :])
+            for situation, trace in lost.items():
+                ended.setdefault(self._forget_measurements(situation, others), trace)
+        was_recording, self._is_recording = self._is_recording, False
+        for branch in part.branches:
+            kept = self.execute(branch, kept, {})
+        self._is_recording = was_recording
+        self._depth -= 1
+        self._stops, self._held = around
+        _merge(failed, self._still_held(ended))
+        return self._still_held(kept)
+
+    def _writes(self, branch: Part) -> frozenset[str]:
+        """Names of all that the steps of a branch, their handlers included, may set or disturb."""
+        steps = [run for one in steps_of(branch) for run in (one, *handlers_of(one, self.handlers))]
+        skills = [self.skills[name] for step in steps for name in step.runs]
+        outcomes = [one for skill in skills for one in skill.outcomes.values()]
+        ranged = (bound.variable for one in outcomes for bound in one.ranges)
+        return frozenset(ranged).union(
+            *(one.effects for one in outcomes),
+            *(one.consequences for one in outcomes),
+            *(skill.disturbed for skill in skills),
+        )
+
+    def _if(self, part: If[Step], before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
+        if self._is_recording:
+            _merge(self.states_at_ifs.setdefault(id(part), {}), before)
+        then, otherwise = self._decide(part.condition, before)
+        after = dict(self.execute(part.then, then, failed))
+        if part.otherwise is not None:
+            _merge(after, self.execute(part.otherwise, otherwise, failed))
+        return after
+
+    def _step(self, step: Step, before: SymbolicStates, name: str, failed: SymbolicStates) -> SymbolicStates:
+        done: SymbolicStates = {}
+        lost: SymbolicStates = {}
+        tried: set[SymbolicState] = set()
+        for tries_left in range(step.retry, -1, -1):
+            # A situation that was tried before leads to nothing new.
+            before = {situation: trace for situation, trace in before.items() if situation not in tried}
+            tried.update(before)
+            self._record_visit(name, before)
+            before = self._run(step, before, done)
+            # Any try may be the last: the agent's memory may leave out those that are left.
+            _merge(lost, before)
+            if tries_left and before and step.between_tries is not None:
+                handler = self.handlers[step.between_tries]
+                before = self._step(handler, before, f"handler/{step.between_tries}", lost)
+        if lost and step.last_handler is not None:
+            before, lost = lost, {}
+            handler = self.handlers[step.last_handler]
+            _merge(lost, self._step(handler, before, f"handler/{step.last_handler}", lost))
+        _merge(failed, lost)
+        return done
+
+
 def _measured_instead(skill: Skill, outcome: Outcome) -> Iterator[Outcome]:
     """Yield outcomes with more effects that are measured in place of one if their effects hold, too.
 
@@ -349,7 +435,10 @@ def _assigned_after(assigned: Mapping[str, Any], effects: Mapping[str, Any]) -> 
 
 
 def explore_paths(
-    composition: Composition, skills: Mapping[str, Skill], state: Mapping[str, Declared]
+    composition: Composition,
+    skills: Mapping[str, Skill],
+    state: Mapping[str, Declared],
+    definitions: Definitions | None = None,
 ) -> PathExploration:
     """Explore all paths of a composition, from every state that meets its precondition.
 
@@ -359,6 +448,7 @@ def explore_paths(
         composition: the composition.
         skills: skills of the module by name.
         state: state variables of the site by name.
+        definitions: definitions of predicates by full name; None for none.
 
     Returns:
         The situations at every step and `if`, and after the whole.
@@ -366,7 +456,7 @@ def explore_paths(
     Raises:
         TooManyPathsError: there are more than `MAX_SYMBOLIC_STATES` situations.
     """
-    paths = PathExploration(skills, state, composition.handlers)
+    paths = PathExploration(skills, state, composition.handlers, definitions=definitions or {})
     start = SymbolicState(path_condition=split_conjunction(fold_constants(composition.precondition)))
     paths.final_states = paths.execute(composition.body, {start: ()}, {})
     return paths

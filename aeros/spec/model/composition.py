@@ -147,6 +147,29 @@ def handler_cycle(composition: Composition) -> list[str]:
     return [*cycle, cycle[0]]
 
 
+def count_runs(composition: Composition) -> int:
+    """Count the steps of a composition and those that their failures lead to, each as often as it is used.
+
+    Args:
+        composition: the composition; its handlers form no cycle.
+
+    Returns:
+        The number.
+    """
+    counts: dict[str, int] = {}
+
+    def runs(step: Step) -> int:
+        names = (name for name in (step.between_tries, step.last_handler) if name is not None)
+        return 1 + sum(counted(name) for name in names)
+
+    def counted(name: str) -> int:
+        if name not in counts:
+            counts[name] = runs(composition.handlers[name])
+        return counts[name]
+
+    return sum(map(runs, step_graph.steps_of(composition.body)))
+
+
 def nested(name: str, composition: Composition, span: SourceSpan) -> tuple[Part, dict[str, Step]]:
     """Make a part of another composition of a whole composition.
 

@@ -24,6 +24,9 @@ from aeros.spec.model.rules import Conjunct
 HOLD_LOST: Final = "unheld"
 """Name of the outcome of a run that lost its hold-condition."""
 
+STOPPED: Final = "stopped"
+"""Name of the outcome of a run that was stopped with the part of a composition around it."""
+
 MAX_COMBINATIONS: Final = 64
 """Greatest number of combinations of values that a hold-condition's predicates may have; all are tried."""
 
@@ -59,6 +62,20 @@ def start_condition(
     )
 
 
+def predicates_of(hold: ActionCondition) -> t.Term:
+    """Return what proofs of loops assume of a condition while it is held: its conjuncts on predicates.
+
+    Quantities change without the agent; so a loss by one is covered as a loss at any time.
+
+    Args:
+        hold: the condition.
+
+    Returns:
+        The conjunction; true if every conjunct reads a quantity.
+    """
+    return t.conjunction(*(part.term for part in hold.conjuncts if _reads_only_predicates(part)))
+
+
 def hold_loss_outcomes(skill: Skill, settable: Collection[str]) -> tuple[Outcome, ...]:
     """List the ways in which a run of a skill may end by losing its hold-condition.
 
@@ -74,6 +91,23 @@ def hold_loss_outcomes(skill: Skill, settable: Collection[str]) -> tuple[Outcome
     if skill.hold_condition is None:
         return ()
     values = {name: options for name, options in _values(skill.hold_condition).items() if name in settable}
+    return _halts(skill, HOLD_LOST, values)
+
+
+def stop_outcomes(skill: Skill) -> tuple[Outcome, ...]:
+    """List the ways in which a run of a skill may end that is stopped with the part around it.
+
+    Args:
+        skill: the skill.
+
+    Returns:
+        Failures of probability 0: one for no effects, and one for the effects of each outcome.
+    """
+    return _halts(skill, STOPPED, {})
+
+
+def _halts(skill: Skill, name: str, values: Mapping[str, tuple[Any, ...]]) -> tuple[Outcome, ...]:
+    """List the ways in which a halted run may end, for each combination of some values."""
     effects_so_far: list[Mapping[str, Any]] = [{}]
     effects_so_far += [outcome.effects for outcome in skill.outcomes.values() if outcome.probability != 0]
     combinations: list[Mapping[str, Any]] = []
@@ -84,12 +118,12 @@ def hold_loss_outcomes(skill: Skill, settable: Collection[str]) -> tuple[Outcome
                 combinations.append(after)
     return tuple(
         Outcome(
-            HOLD_LOST,
+            name,
             effects,
             True,
             Fraction(0),
             None,
-            consequences=dict.fromkeys(name for name in skill.disturbed if name not in effects),
+            consequences=dict.fromkeys(one for one in skill.disturbed if one not in effects),
         )
         for effects in combinations
     )

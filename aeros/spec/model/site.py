@@ -153,6 +153,10 @@ class Site:
         hidden = self.module_variables - self.perception.in_invariants
         return {name: one for name, one in self.observed_variables.items() if name not in hidden}
 
+    def __hash__(self) -> int:
+        # Equal sites have one digest; sites with one digest can differ, as in settings of modules.
+        return hash(self.digest)
+
     def with_modules(self, modules: Iterable[Ecm]) -> Site:
         """Replace the modules whose own state variables are part of the vocabulary.
 

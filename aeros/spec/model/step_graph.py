@@ -1,16 +1,20 @@
 """Generic graphs of steps, and walks over them.
 
-Σ ::= step | Σ ; Σ | Σ ∥ Σ | if c then Σ else Σ | Σ or else Σ | again Σ | fail
+Σ ::= step | Σ ; Σ | Σ ∥ Σ | if c then Σ else Σ | Σ or else Σ | again Σ | fail | Σ while c | Σ within t
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Generic, TypeAlias, TypeVar
+from fractions import Fraction
+from typing import TYPE_CHECKING, Final, Generic, TypeAlias, TypeVar, cast
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
+
+if TYPE_CHECKING:
+    from aeros.spec.model.ecm import ActionCondition
 
 S = TypeVar("S")
 R = TypeVar("R")
@@ -122,6 +126,49 @@ class FailingPart:
 
 
 @dataclass(frozen=True, slots=True)
+class StoppablePart(Generic[S]):
+    """Part whose running steps are stopped, and which has failed, when something happens in its midst.
+
+    Attributes:
+        part: the part.
+        span: place in the manifest.
+        stops_composition: the manifest says that the composition stops as failed then.
+    """
+
+    part: Part[S]
+    span: SourceSpan
+    stops_composition: bool
+
+
+@dataclass(frozen=True, slots=True)
+class HeldPart(StoppablePart[S]):
+    """Part that fails once a condition is not measured as true: at its beginning, while it runs, at its end.
+
+    Attributes:
+        condition: the condition, on the state.
+    """
+
+    condition: ActionCondition
+
+    def __str__(self) -> str:
+        return f"({self.part} while {self.condition.text})"
+
+
+@dataclass(frozen=True, slots=True)
+class TimedPart(StoppablePart[S]):
+    """Part that fails once some time has passed since its beginning.
+
+    Attributes:
+        timeout: the time, s of the plant's clock; positive.
+    """
+
+    timeout: Fraction
+
+    def __str__(self) -> str:
+        return f"({self.part} within {float(self.timeout):g} s)"
+
+
+@dataclass(frozen=True, slots=True)
 class NestedIf(If[S]):
     """Choice of another composition, which stands here as a whole.
 
@@ -132,7 +179,10 @@ class NestedIf(If[S]):
     is_precondition: bool = False
 
 
-Part: TypeAlias = Seq[S] | Par[S] | If[S] | Fallback[S] | RetriedPart[S] | FailingPart | S
+Part: TypeAlias = Seq[S] | Par[S] | If[S] | Fallback[S] | RetriedPart[S] | StoppablePart[S] | FailingPart | S
+
+
+_PARTS: Final = (Seq, Par, If, Fallback, RetriedPart, StoppablePart, FailingPart)
 
 
 def walk_parts(part: Part[S]) -> Iterator[Part[S]]:
@@ -163,7 +213,7 @@ def children_of(part: Part[S]) -> tuple[Part[S], ...]:
             return inner
         case If(then=then, otherwise=otherwise):
             return (then,) if otherwise is None else (then, otherwise)
-        case RetriedPart(part=inner):
+        case RetriedPart(part=inner) | StoppablePart(part=inner):
             return (inner,)
         case _:
             return ()
@@ -179,7 +229,7 @@ def steps_of(part: Part[S]) -> Iterator[S]:
         The steps, in the order written.
     """
     for inner in walk_parts(part):
-        if not isinstance(inner, Seq | Par | If | Fallback | RetriedPart | FailingPart):
+        if not isinstance(inner, _PARTS):
             yield inner
 
 
@@ -202,6 +252,8 @@ def map_graph_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
             return Fallback(tuple(map_graph_steps(child, become) for child in inner), span)
         case RetriedPart(part=inner, retry=retry, span=span):
             return RetriedPart(map_graph_steps(inner, become), retry, span)
+        case StoppablePart(part=inner):
+            return cast("Part[R]", replace(part, part=cast("Part[S]", map_graph_steps(inner, become))))
         case FailingPart():
             return part
         case If() as choice:
@@ -258,3 +310,60 @@ def _marked(choice: If[S], is_precondition: bool) -> NestedIf[S]:
     return NestedIf(
         choice.condition, choice.text, choice.then, choice.otherwise, choice.span, is_precondition
     )
+
+
+MAX_STEPS: Final = 100
+"""The most steps of one plan: with the caps on retries and re-plans it bounds every run."""
+
+MAX_RUNS: Final = 1000
+"""The most steps of one plan together with the steps that failures lead to, each as often as it is used."""
+
+MAX_DEPTH: Final = 20
+"""Largest nesting depth of a plan's parts, and of a failure that leads to a step that may fail."""
+
+
+def plan_size_fault(part: Part[S], runs: int) -> str | None:
+    """Return the reason that a graph is too large for a plan, whose body is a sequence of its parts.
+
+    Args:
+        part: graph.
+        runs: number of its steps and of those that their failures lead to, each as often as it is used.
+
+    Returns:
+        The reason in words; None if the agent runs it.
+    """
+    steps, depth = sum(1 for _ in steps_of(part)), depth_of(part)
+    if steps > MAX_STEPS:
+        return f"the plan has {steps} steps; at most {MAX_STEPS} are allowed"
+    if depth + (not isinstance(part, Seq)) > MAX_DEPTH:
+        return f"the plan is nested more than {MAX_DEPTH} deep"
+    if max(runs, count_tries(part)) > MAX_RUNS:
+        return f"the plan has more than {MAX_RUNS} steps and steps that failures lead to"
+    return None
+
+
+def depth_of(part: Part[S]) -> int:
+    """Count the parts around the innermost part of a graph.
+
+    Args:
+        part: graph.
+
+    Returns:
+        0 for a step, and for a part without parts.
+    """
+    return max((1 + depth_of(inner) for inner in children_of(part)), default=0)
+
+
+def count_tries(part: Part[S]) -> int:
+    """Count the steps of a graph, each as often as tries of parts around it run it.
+
+    Args:
+        part: graph.
+
+    Returns:
+        The number of steps, if every try of a part fails at its end.
+    """
+    if not isinstance(part, _PARTS):
+        return 1
+    tries = part.retry + 1 if isinstance(part, RetriedPart) else 1
+    return tries * sum(count_tries(inner) for inner in children_of(part))

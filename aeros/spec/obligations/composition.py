@@ -6,7 +6,10 @@
 - covers: an `if` without `else` is reached only where its condition holds.
 - reachable: every step and handler runs on some path, but for those of another composition that a step stands
   for, of which it is claimed by itself.
-- handled: every step that may fail declares how its failure is handled; handlers do not form a cycle.
+- handled: every step that may fail, and every part under `hold` or within `timeout`, says how its failure is
+  handled; handlers do not form a cycle.
+- can succeed: some run of a part under `hold` or within `timeout` ends with the condition held, and in time.
+- fits a plan: the composition has no more steps, tries and levels than the agent runs.
 - data: an output that flows to an input is available on every path, of its type and unit, inside its range.
 
 Retries are bounded by elaboration.  Claims about parallel branches are in `parallel`.  A module without
@@ -18,9 +21,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Final
 
-from aeros.spec.consequences.consequences import with_consequences
+from aeros.spec.consequences.consequences import known_definitions, with_consequences
+from aeros.spec.consequences.durations import shortest_success
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.units import format_number
 from aeros.spec.flow.arguments import step_arguments
 from aeros.spec.flow.symbolic_paths import (
     SymbolicStates,
@@ -30,11 +35,22 @@ from aeros.spec.flow.symbolic_paths import (
     fold_constants,
     split_conjunction,
 )
-from aeros.spec.model.composition import Composition, Part, Step, handler_cycle
+from aeros.spec.model.composition import Composition, Part, Step, count_runs, handler_cycle
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.hold_conditions import HOLD_LOST
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import Fallback, If, NestedIf, RetriedPart, steps_of, walk_parts
+from aeros.spec.model.step_graph import (
+    Fallback,
+    HeldPart,
+    If,
+    NestedIf,
+    RetriedPart,
+    StoppablePart,
+    TimedPart,
+    plan_size_fault,
+    steps_of,
+    walk_parts,
+)
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.data_flow import data_obligations
@@ -63,6 +79,7 @@ def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Stati
         yield StaticClaim(acyclic, _cycle(composition, cycle) if cycle else None)
         if cycle:
             continue
+        yield _fits_plan(composition)
         parallel = list(parallel_obligations(composition, ecm, site))
         yield from parallel
         if any(isinstance(one, StaticClaim) and one.verdict is Verdict.REFUTED for one in parallel):
@@ -81,8 +98,19 @@ def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Stati
             )
 
 
+def _fits_plan(composition: Composition) -> StaticClaim:
+    """Claim that the agent accepts the composition as a plan."""
+    reason = plan_size_fault(composition.body, count_runs(composition))
+    claim_id = ClaimForm.COMPOSITION_FITS_PLAN(composition.id)
+    if reason is None:
+        return StaticClaim(claim_id, None)
+    headline = f"the agent does not run `{composition.id}`: {reason}"
+    help_ = ("split it into compositions that rules of a task run one after the other",)
+    return StaticClaim(claim_id, Diagnostic("AE864", headline, SpanLabel(composition.span), help=help_))
+
+
 def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> Iterator[StaticClaim]:
-    goes_on = {id(step) for step in _steps_that_may_fail(composition.body)}
+    goes_on = {id(part) for part in _parts_that_may_fail(composition.body)}
     for step in steps_of(composition.body):
         failures: list[str] = []
         for skill in (skills[name] for name in step.runs):
@@ -103,16 +131,34 @@ def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> 
                 ),
             ),
         )
+    for number, part in enumerate(_stoppable_parts(composition), 1):
+        form = "hold" if isinstance(part, HeldPart) else "timeout"
+        why = "its condition may break at any time" if form == "hold" else "its time may pass"
+        yield StaticClaim(
+            ClaimForm.PART_FAILURE_HANDLED(composition.id, number),
+            None
+            if part.stops_composition or id(part) in goes_on
+            else Diagnostic(
+                "AE854",
+                f"this `{form}` may fail, and the composition does not say how to continue",
+                SpanLabel(part.span, why),
+                help=("add `on_failure: stop`, or put it into `any` or `tolerate`",),
+            ),
+        )
 
 
-def _steps_that_may_fail(part: Part) -> Iterator[Step]:
-    """Yield the steps whose failure leads to another alternative, or to another try of a part."""
+def _stoppable_parts(composition: Composition) -> list[StoppablePart[Step]]:
+    return [part for part in walk_parts(composition.body) if isinstance(part, StoppablePart)]
+
+
+def _parts_that_may_fail(part: Part) -> Iterator[Part]:
+    """Yield the parts and steps whose failure leads to another alternative, or to another try of a part."""
     for inner in walk_parts(part):
         if isinstance(inner, RetriedPart):
-            yield from steps_of(inner.part)
+            yield from walk_parts(inner.part)
         elif isinstance(inner, Fallback):
             for alternative in inner.parts[:-1]:
-                yield from steps_of(alternative)
+                yield from walk_parts(alternative)
 
 
 def _cycle(composition: Composition, cycle: list[str]) -> Diagnostic:
@@ -139,7 +185,7 @@ def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterato
             SpanLabel(composition.precondition_span, "never true"),
         )
     skills = ecm.callable_skills
-    paths = explore_paths(composition, skills, site.state)
+    paths = explore_paths(composition, skills, site.state, known_definitions(ecm))
     steps = {step.id: step for step in steps_of(composition.body)}
     listed = [(id_, _STEP, id_, step) for id_, step in steps.items()]
     listed += [(f"handler/{id_}", _HANDLER, id_, step) for id_, step in composition.handlers.items()]
@@ -172,6 +218,8 @@ def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterato
                 ),
             )
             yield from obligation_per_situation(claim, ready_case, visits, site.state, ran)
+    for number, stoppable in enumerate(_stoppable_parts(composition), 1):
+        yield _can_succeed(number, composition, stoppable, skills, paths.states_after_parts, states)
     conditions = [part for part in walk_parts(composition.body) if isinstance(part, If)]
     for number, part in enumerate(conditions, 1):
         if part.otherwise is None:
@@ -212,15 +260,51 @@ def _reachable(
     visits: SymbolicStates,
     declared: tuple[Declared, ...],
 ) -> Obligation | StaticClaim:
-    """Claim that some path leads to `step`.
+    """Claim that some path leads to `step`."""
+    found = Diagnostic(
+        "AE855",
+        f"`{step.id}` can never run in `{composition.id}`",
+        SpanLabel(step.span, "no path of outcomes leads here"),
+        help=("remove it, or correct the condition or the outcome before it",),
+    )
+    return _some_path(claim_id, composition, found, visits, declared)
 
-    It is settled at once if one path assumes no more than the composition's precondition.
-    """
-    headline = f"`{step.id}` can never run in `{composition.id}`"
-    label = SpanLabel(step.span, "no path of outcomes leads here")
-    help_ = ("remove it, or correct the condition or the outcome before it",)
+
+def _can_succeed(
+    number: int,
+    composition: Composition,
+    part: StoppablePart[Step],
+    skills: Mapping[str, Skill],
+    ends: Mapping[int, SymbolicStates],
+    declared: tuple[Declared, ...],
+) -> Obligation | StaticClaim:
+    """Claim that some run of a part ends with its condition held, and in time."""
+    claim_id = ClaimForm.PART_CAN_SUCCEED(composition.id, number)
+    help_ = "weaken the condition so that it agrees with the effects of the steps"
+    found = Diagnostic(
+        "AE863", "no run of this part ends with its condition held", SpanLabel(part.span), help=(help_,)
+    )
+    if isinstance(part, TimedPart):
+        needed = shortest_success(part.part, skills)
+        times = "" if needed is None else f" within {format_number(part.timeout)} s"
+        label = "" if not needed else f"takes at least {format_number(needed)} s"
+        headline, help_ = f"no run of this part succeeds{times}", "give it more time, or correct its steps"
+        found = Diagnostic("AE863", headline, SpanLabel(part.span, label), help=(help_,))
+        if needed is None or needed > part.timeout:
+            return StaticClaim(claim_id, found)
+    return _some_path(claim_id, composition, found, ends.get(id(part), {}), declared)
+
+
+def _some_path(
+    claim_id: ClaimId,
+    composition: Composition,
+    otherwise: Diagnostic,
+    visits: SymbolicStates,
+    declared: tuple[Declared, ...],
+) -> Obligation | StaticClaim:
+    """Claim that some path leads to one of some situations; settled if one assumes only the precondition."""
     if not visits:
-        return StaticClaim(claim_id, Diagnostic("AE855", headline, label, help=help_))
+        return StaticClaim(claim_id, otherwise)
     known = split_conjunction(fold_constants(composition.precondition))
     if any(situation.path_condition <= known for situation in visits):
         return StaticClaim(claim_id, None)
@@ -228,4 +312,13 @@ def _reachable(
     mentioned = {name for way in ways for name in t.variables_of(way)}
     past = earlier_measurements(ways, {one.name: one for one in declared})
     space = VariableSpace(tuple(one for one in (*declared, *past) if one.name in mentioned), ())
-    return Obligation(claim_id, "AE855", ClaimMode.SOMETIMES, space, t.Or(ways), headline, label, help=help_)
+    return Obligation(
+        claim_id,
+        otherwise.code,
+        ClaimMode.SOMETIMES,
+        space,
+        t.Or(ways),
+        otherwise.headline,
+        otherwise.primary or SpanLabel(composition.span),
+        help=otherwise.help,
+    )

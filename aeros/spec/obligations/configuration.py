@@ -119,11 +119,16 @@ def _routing(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
         for entry in ecm.task_phrases
     ]
     by_phrase = _group_by_key((entry.phrase, entry) for entry in phrases)
+    modules = {phrase: {entry.module for entry in equal} for phrase, equal in by_phrase.items()}
+    lengths = sorted({len(phrase) for phrase in by_phrase})
     for phrase, equal in by_phrase.items():
-        inner = {phrase[i:j] for i in range(len(phrase)) for j in range(i + 1, len(phrase) + 1)}
-        contained = [entry for part in sorted(inner) for entry in by_phrase.get(part, ())]
-        pairs = ((one, other) for one in equal for other in contained if one.may_mean(other))
-        clash = next(pairs, None)
+        inner = {phrase[i : i + n] for n in lengths for i in range(len(phrase) - n + 1)} & modules.keys()
+        clash = None
+        # Almost all phrases hold none of another module, and there are thousands of them.
+        if len(modules[phrase].union(*(modules[part] for part in inner))) > 1:
+            contained = [entry for part in sorted(inner) for entry in by_phrase[part]]
+            pairs = ((one, other) for one in equal for other in contained if one.may_mean(other))
+            clash = next(pairs, None)
         yield StaticClaim(
             ClaimForm.WORDS_UNAMBIGUOUS("-".join(phrase)),  # no word holds a `-`
             None if clash is None else _ambiguous_phrases(*clash),

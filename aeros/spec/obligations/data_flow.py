@@ -10,7 +10,16 @@ from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr.units import Unit, format_number, to_unit
 from aeros.spec.model.composition import Composition, OutputReference, Part, Step
 from aeros.spec.model.ecm import Skill
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    StoppablePart,
+    steps_of,
+)
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
@@ -76,7 +85,7 @@ def _steps_succeeded(
             # All of them are walked; an alternative that always fails is among them, which says no more.
             ways = [_steps_succeeded(inner, before, succeeded_before) for inner in parts]
             return frozenset.intersection(*ways)
-        case RetriedPart(part=inner):
+        case RetriedPart(part=inner) | StoppablePart(part=inner):
             return _steps_succeeded(inner, before, succeeded_before)
         case FailingPart():
             return before

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
-from aeros.spec.consequences.consequences import with_consequences
+from aeros.spec.consequences.consequences import known_definitions, with_consequences
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
@@ -75,6 +75,7 @@ class _Provider:
         self, ecm: Ecm, site: Site, capability: str, interface: CapabilityInterface, alternative: Alternative
     ) -> None:
         self._skills = ecm.callable_skills
+        self._definitions = known_definitions(ecm)
         self._site = site
         self._interface = interface
         self._about = capability, alternative.name
@@ -164,7 +165,7 @@ class _Provider:
     def _achieved(self, promised: ActionCondition, start: t.Term) -> Iterator[Obligation | StaticClaim]:
         composition = replace(self._composition, precondition=start)
         try:
-            paths = explore_paths(composition, self._skills, self._site.state)
+            paths = explore_paths(composition, self._skills, self._site.state, self._definitions)
         except TooManyPathsError:
             headline = f"{self._shown} has too many paths to explore, so its interface is not proved"
             yield StaticClaim(

@@ -8,7 +8,7 @@ action began, perhaps in another state: `a.x` of a state variable `x` is its val
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from aeros.spec.diagnostics.codes import SpanLabel
@@ -138,12 +138,15 @@ def joint_obligations(
             )
 
 
-def joint_variables(site: Site, rule: JointRule) -> tuple[Declared, ...]:
+def joint_variables(
+    site: Site, rule: JointRule, names: Collection[str] | None = None
+) -> tuple[Declared, ...]:
     """List the variables of a joint rule: the state now, and for each role its parameters and earlier state.
 
     Args:
         site: site that declares the rule.
         rule: the joint rule.
+        names: names of the variables to list; None for all.
 
     Returns:
         The variables; those of a role are prefixed with its name, its state being that when its action began.
@@ -152,8 +155,9 @@ def joint_variables(site: Site, rule: JointRule) -> tuple[Declared, ...]:
         _for_role(role, one)
         for role, kind in rule.roles
         for one in (*site.kinds[kind].parameters.values(), *site.state.values())
+        if names is None or f"{role}.{one.name}" in names
     ]
-    return (*site.observed_variables.values(), *own)
+    return (*(one for one in site.observed_variables.values() if names is None or one.name in names), *own)
 
 
 def _for_role(role: str, variable: Declared) -> Declared:

@@ -18,7 +18,7 @@ from aeros.spec.flow.arguments import step_arguments
 from aeros.spec.model.composition import Composition, Part, Step, handlers_of
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, Par, children_of, steps_of, walk_parts
+from aeros.spec.model.step_graph import HeldPart, If, Par, children_of, steps_of, walk_parts
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.joint import ConcurrentStep, joint_obligations
 from aeros.spec.obligations.obligation import Obligation
@@ -190,6 +190,11 @@ class _BranchPairClaims:
             (part.condition, _VariableUse(part.span, "read here"))
             for part in walk_parts(branch)
             if isinstance(part, If)
+        ]
+        read += [
+            (part.condition.term, _VariableUse(part.span, "held here"))
+            for part in walk_parts(branch)
+            if isinstance(part, HeldPart)
         ]
         for step in self._all_possible_steps(branch):
             skill = self.skills[step.skill]

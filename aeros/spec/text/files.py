@@ -37,6 +37,22 @@ def read_source(path: str | os.PathLike[str]) -> Source:
         reason = problem.strerror if isinstance(problem, OSError) and problem.strerror else str(problem)
         headline = f"{quoted(shown)} cannot be read: {reason[:1].lower()}{reason[1:]}"
         raise UserError([Diagnostic("AE002", headline)]) from problem
+    return decode_source(shown, data)
+
+
+def decode_source(shown: str, data: bytes) -> Source:
+    """Decode the bytes of a text file.
+
+    Args:
+        shown: path of the file, shown in diagnostics as it is.
+        data: its bytes; of a longer file, more than `MAX_BYTES`.
+
+    Returns:
+        The text.
+
+    Raises:
+        UserError: it is not UTF-8, is larger than `MAX_BYTES`, or holds a character that a reader cannot see.
+    """
     if len(data) > MAX_BYTES:
         raise UserError([too_large_error(shown)])
     try:

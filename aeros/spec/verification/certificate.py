@@ -85,13 +85,19 @@ class Certificate:
         """The SHA-256 of all other fields, which the certificate holds too."""
         return _digest(_body(self))
 
+    @cached_property
+    def _text(self) -> str:
+        body = _body(self)
+        vars(self).setdefault("digest", _digest(body))
+        return _dump_json({**body, "digest": self.digest}, "") + "\n"
+
     def text(self) -> str:
         """Write the certificate as JSON.
 
         Returns:
             The contents of `ecm.lock`.
         """
-        return _dump_json({**_body(self), "digest": self.digest}, "") + "\n"
+        return self._text
 
     def runtime_checked_rules(self, skill: str, kind: str) -> frozenset[str]:
         """List the invariants that the gate must decide for a skill's actions of one kind.
@@ -115,6 +121,12 @@ class Certificate:
         )
 
 
+_CERTIFICATES: Final[dict[str, Certificate]] = {}
+"""Certificates that this process made, by the SHA-256 of their text."""
+
+_MAX_CERTIFICATES: Final = 2048
+
+
 class LockFile:
     """Expected contents of an `ecm.lock`, by their digest; the certificate is made when it is needed.
 
@@ -131,8 +143,16 @@ class LockFile:
 
     @cached_property
     def certificate(self) -> Certificate:
-        """The certificate, made at the first use."""
-        return self._certify()
+        """The certificate, made at the first use unless this process has made one with the same text."""
+        known = None if self._known is None else _CERTIFICATES.get(self._known)
+        if known is not None:
+            return known
+        made = self._certify()
+        if self._known is not None and text_digest(made.text()) == self._known:
+            _CERTIFICATES[self._known] = made
+            if len(_CERTIFICATES) > _MAX_CERTIFICATES:
+                _CERTIFICATES.pop(next(iter(_CERTIFICATES)))
+        return made
 
     @cached_property
     def digest(self) -> str:

@@ -20,7 +20,7 @@ import os
 import sys
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
@@ -32,6 +32,7 @@ from aeros.spec.diagnostics.errors import MisuseError, UserError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
 from aeros.spec.model.summary import (
+    ModuleSummary,
     SiteSummary,
     module_summary_from_json,
     site_summary_from_json,
@@ -125,8 +126,8 @@ class ProofCache:
         try:
             manifest = read_source(folder / MANIFEST)
             digests = text_digest(manifest.text), code_digest(code_files(folder))
-            head, claims = self._proof_of_module(folder, manifest, digests)
-            summary = module_summary_from_json(head["presence"], manifest)
+            text, claims = self._proof_of_module(folder, manifest, digests)
+            head, summary = _decoded(text), _summary(text, manifest)
             findings = ModuleFindings(
                 summary, claims=_KeptClaims(_read_counts(head["tally"]), claims), lock_digest=head["lock"]
             )
@@ -142,8 +143,8 @@ class ProofCache:
             The site and the report on it; None unless all of it was proved with nothing to report.
         """
         try:
-            head, packed_claims = self._proof(self._digest("site"))
-            site = site_summary_from_json(head, self._site)
+            text, packed_claims = self._proof(self._digest("site"))
+            site = site_summary_from_json(_decoded(text), self._site)
             claims = Claims.from_claims(_claims_from_rows(json.loads(zlib.decompress(packed_claims))))
         except (MisuseError, ValueError, LookupError, TypeError, zlib.error):
             return None
@@ -213,8 +214,8 @@ class ProofCache:
         rows = zlib.compress(_dump_json(claims).encode(), 1)
         self._new[key] = (_dump_json({**head, "claims": file_digest(rows)}), rows)
 
-    def _proof(self, key: str) -> tuple[Any, bytes]:
-        """Return a stored proof.
+    def _proof(self, key: str) -> tuple[str, bytes]:
+        """Return a stored proof: the text of its head, and its packed claims.
 
         Raises:
             LookupError: it is absent.
@@ -224,12 +225,11 @@ class ProofCache:
         proof = self._store.proof(key)
         if proof is None:
             raise LookupError(key)
-        head = json.loads(proof[0])
-        if head["claims"] != file_digest(proof[1]):
+        if _decoded(proof[0])["claims"] != file_digest(proof[1]):
             raise LookupError(key)
-        return head, proof[1]
+        return proof
 
-    def _proof_of_module(self, folder: Path, manifest: Source, own: tuple[str, str]) -> tuple[Any, bytes]:
+    def _proof_of_module(self, folder: Path, manifest: Source, own: tuple[str, str]) -> tuple[str, bytes]:
         """Return the stored proof of a module, whether or not it requires others; raise as `_proof` does."""
         try:
             return self._proof(self._digest("module", *own))
@@ -237,7 +237,7 @@ class ProofCache:
             if not _may_require_modules(manifest.text):
                 raise
         try:
-            names = frozenset(self._proof(self._digest("names", *own))[0]["names"])
+            names = frozenset(_decoded(self._proof(self._digest("names", *own))[0])["names"])
             around = self._around.digest(folder, names)
             return self._proof(self._digest("module", *own, str(around)))
         except LookupError:
@@ -250,6 +250,19 @@ class ProofCache:
 
     def _digest(self, *of: str) -> str:
         return text_digest(json.dumps([*self._about, *of]))
+
+
+# Of a thousand modules of a robot, all are looked up at each change of it.
+@lru_cache(maxsize=2048)
+def _decoded(head: str) -> Any:
+    """Decode the head of a proof; nobody changes the result."""
+    return json.loads(head)
+
+
+@lru_cache(maxsize=2048)
+def _summary(head: str, manifest: Source) -> ModuleSummary:
+    """Read the summary of a module in the head of its proof."""
+    return module_summary_from_json(_decoded(head)["presence"], manifest)
 
 
 def _dump_json(value: Any) -> str:

@@ -99,14 +99,14 @@ class Findings:
         mutants: counts by kind of mutant.
         unexplained: mutants that the judge finds safe, complete and executable, and AEROS refuses; or unsafe
             ones that it accepts: each with its task and the reason.
-        idle_conditions: conditions that no mutant violates, by task.
+        idle_conditions: number of conditions that no mutant violates, by task.
         left_out: reason for each task that cannot be converted.
     """
 
     examples: tuple[ExampleVerdict, ...]
     mutants: Mapping[str, MutantCounts]
     unexplained: tuple[str, ...]
-    idle_conditions: Mapping[str, tuple[str, ...]]
+    idle_conditions: Mapping[str, int]
     left_out: Mapping[str, str]
 
     def to_json(self) -> dict[str, object]:
@@ -146,7 +146,7 @@ def run_campaign(folder: Path) -> Findings:
             if why:
                 unexplained.append(f"{task.name}, {kind}, {'; '.join(mutant)}: {why}")
         every = evaluator.conditions_of(other)
-        idle[task.name] = tuple(one for one in every if one not in violated)
+        idle[task.name] = sum(one not in violated for one in every)
     return Findings(tuple(examples), counts, tuple(unexplained), idle, left_out)
 
 

@@ -16,8 +16,18 @@ from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL, IntegerType
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, Task, TaskInvariant
+from aeros.spec.model.rules import Conjunct
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    HeldPart,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    TimedPart,
+)
 from tests.unit.agent import dumplings
 from tests.unit.agent.dumplings import SPAN, rule, skill
 
@@ -203,7 +213,7 @@ def _part(drawn: Random, side: str, handlers: Sequence[str], depth: int) -> Part
     if not depth:
         return one
     text = (_FLAGS if side == "left" else _OTHER_FLAGS)[0]
-    match drawn.choice(["step", "seq", "if", "if", "any", "tolerate", "again", "check"]):
+    match drawn.choice(["step", "seq", "if", "if", "any", "tolerate", "again", "check", "hold", "within"]):
         case "seq":
             return Seq(tuple(_part(drawn, side, handlers, depth - 1) for _ in range(2)))
         case "if":
@@ -215,6 +225,13 @@ def _part(drawn: Random, side: str, handlers: Sequence[str], depth: int) -> Part
             return Fallback((_part(drawn, side, handlers, depth - 1), Seq(())), SPAN)
         case "again":
             return RetriedPart(_part(drawn, side, handlers, depth - 1), 1, SPAN)
+        case "hold":
+            text = drawn.choice([text, f"not {text}", f"{text} and fill_level > 0.5"])
+            parts = tuple(Conjunct(term(one), SPAN) for one in text.split(" and "))
+            held = ActionCondition(term(text), text, SPAN, parts)
+            return HeldPart(_part(drawn, side, handlers, depth - 1), SPAN, True, held)
+        case "within":
+            return TimedPart(_part(drawn, side, handlers, depth - 1), SPAN, True, Fraction(10))
         case "check":
             return Seq((one, If(term(text), text, Seq(()), FailingPart(text, SPAN), SPAN)))
         case _:

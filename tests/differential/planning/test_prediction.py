@@ -18,7 +18,6 @@ import pytest
 from hypothesis import assume, given
 
 from aeros.agent.execution.report import RunReport
-from aeros.agent.planning import task_graph
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.canonical_json import Encoded
 from aeros.runtime.execution.executor import Executor
@@ -37,6 +36,7 @@ from aeros.spec.closed_loop.outcome_probabilities import (
 from aeros.spec.closed_loop.reachability import explore_task
 from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
 from aeros.spec.expr.doubles import to_doubles
+from aeros.spec.model.step_graph import MAX_STEPS
 from aeros.spec.verification.certificate import certificate_for
 from tests.differential.planning.small_tasks import Case, cases
 from tests.differential.planning.tree_expansion import Expected, expected
@@ -92,7 +92,7 @@ def _silently(system: TransitionSystem, node: LoopState) -> list[LoopState]:
 
 
 def test_the_agent_and_the_analysis_accept_plans_of_the_same_length() -> None:
-    assert transition_system.MAX_PLAN_STEPS == task_graph.MAX_STEPS
+    assert transition_system.MAX_PLAN_STEPS == MAX_STEPS
 
 
 @examples(60)

@@ -150,9 +150,7 @@ def test_the_campaign_accepts_no_unsafe_mutant_and_its_control_does() -> None:
         assert counts.unsafe_accepted == 0
         assert 0 < counts.unsafe_only <= counts.unsafe_accepted_by_control
         assert counts.safe_accepted > 0
-    assert found.idle_conditions["store_soap"] == (
-        "at the end: (:goal (not (inside ?soap_bottle.n.01_1 ?cupboard.n.01_2)))",
-    )
+    assert found.idle_conditions["store_soap"] == 1  # the bottle is never in the other cupboard
 
 
 def test_mutants_are_the_plans_with_one_step_dropped_swapped_or_postponed() -> None:

@@ -6,6 +6,7 @@ as `Message` gives each field the name, order and type of ROS 2.
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any, Final
@@ -143,6 +144,8 @@ class RosConverter:
     def _value_to_ros(self, value: Any) -> Any:
         if isinstance(value, Message):
             return self.to_ros(value)
+        if isinstance(value, tuple) and value and type(value[0]) is int:
+            return array("B", value)  # bytes, which rclpy would check one by one in a list
         if isinstance(value, tuple):
             return [self._value_to_ros(one) for one in value]
         return value

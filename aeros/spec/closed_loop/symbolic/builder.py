@@ -278,7 +278,16 @@ class _Builder:
         if way.composition is not None:
             leaving = [] if given_up is None else [_given_up(t.TRUE, t.TRUE, given_up, self._forgotten())]
             lost = self.inside(Move(t.TRUE, (ProgramBranch(t.TRUE, (End(t.TRUE, failing),)), *leaving)))
-            places = CompositionPlaces(way.composition, self._goal, self.inside, self.skill)
+            composition, variables = way.composition, self._system.variables
+            places = CompositionPlaces(
+                composition,
+                self._goal,
+                self.inside,
+                self.skill,
+                lambda part: symbolic_skill(
+                    self._system.stop(part, composition), {}, variables, self._settable
+                ),
+            )
             entry = places.entry(self.inside(step(t.TRUE, done)), lost)
             return lower(way.composition.precondition), (
                 ProgramBranch(t.TRUE, (End(t.TRUE, entry),), cleared),

@@ -4,12 +4,16 @@ Places are made from the end of the graph to its start.  Inside a composition ch
 the skills that provide a capability.  The branches of a `par` do not interfere: their places are combined, so
 that each comes forward alone.  On the way to the goal they count as one after the other, and the failure of
 one of them is no way to the goal.
+
+From the tries inside a part under `hold` or within `timeout`, and from all combined places, an unlikely
+branch leads to the place of the part's stop.  After each try, the conditions around it decide where it goes
+on.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
@@ -26,13 +30,39 @@ from aeros.spec.closed_loop.symbolic.skill_branches import SymbolicSkill
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, negate
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
+from aeros.spec.model.hold_conditions import predicates_of
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    HeldPart,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    StoppablePart,
+)
 
 _DONE: Final = Place("inside", number=-1)
 _FAILED: Final = Place("inside", number=-2)
 
 AddInside = Callable[..., Place]
 FindSkill = Callable[[str, Mapping[str, Any]], SymbolicSkill]
+DescribeStop = Callable[[StoppablePart[Step]], SymbolicSkill]
+
+
+@dataclass(frozen=True)
+class _Surrounding:
+    """A part that may be stopped, around the places that are being made.
+
+    Attributes:
+        holds: the condition that it holds, on predicates.
+        stop: place of its stop, after which the part has failed.
+        failed: place after its failure.
+    """
+
+    holds: t.Term
+    stop: Place
+    failed: Place
 
 
 class CompositionPlaces:
@@ -43,14 +73,24 @@ class CompositionPlaces:
         goal: the task's goal, after which nothing more starts.
         add: adds a place with its moves.
         find_skill: describes a skill with constant inputs.
+        describe_stop: describes the stop of a part as a skill.
     """
 
-    def __init__(self, composition: Composition, goal: t.Term, add: AddInside, find_skill: FindSkill) -> None:
+    def __init__(
+        self,
+        composition: Composition,
+        goal: t.Term,
+        add: AddInside,
+        find_skill: FindSkill,
+        describe_stop: DescribeStop,
+    ) -> None:
         self._composition = composition
         self._goal = goal
         self._add = add
         self._find_skill = find_skill
+        self._describe_stop = describe_stop
         self._may_go_on = False
+        self._around: list[_Surrounding] = []
 
     def entry(self, done: Place, failed: Place) -> Place:
         """Add all places.
@@ -83,6 +123,8 @@ class CompositionPlaces:
                 return self._in_turn(parts, done, failed)
             case RetriedPart(part=one, retry=retry):
                 return self._in_turn((one,) * (retry + 1), done, failed)
+            case StoppablePart():
+                return self._stoppable(part, done, failed)
             case FailingPart():
                 return self._add(step(self._goal, done), step(negate(self._goal), failed))
 
@@ -94,6 +136,34 @@ class CompositionPlaces:
             self._may_go_on = True
         self._may_go_on = outer
         return failed
+
+    def _stoppable(self, part: StoppablePart[Step], done: Place, failed: Place) -> Place:
+        open_ = negate(self._goal)
+        holds = lower(predicates_of(part.condition)) if isinstance(part, HeldPart) else t.TRUE
+        ends = tuple(
+            ProgramBranch(one.guard, (End(one.agrees, failed),), one.updates, one.opened)
+            for one in self._describe_stop(part).branches
+        )
+        stop = self._add(Move(t.TRUE, ends))
+        self._around.append(_Surrounding(holds, stop, failed))
+        inner = self._part(part.part, done, failed)
+        self._around.pop()
+        stopped = ProgramBranch(t.TRUE, (End(t.TRUE, stop),), is_likely=False)
+        entered = ProgramBranch(t.TRUE, (End(t.TRUE, inner),))
+        return self._add(
+            step(self._goal, done),
+            Move(all_of(open_, holds), (entered, stopped)),
+            step(all_of(open_, negate(holds)), failed),
+        )
+
+    def _held(self, target: Place) -> Place:
+        """Add the place after a step, which goes on only while the conditions around it hold."""
+        open_, moves = negate(self._goal), []
+        for one in self._around:
+            if one.holds != t.TRUE:
+                moves.append(step(all_of(open_, negate(one.holds)), one.failed))
+                open_ = all_of(open_, one.holds)
+        return self._add(step(self._goal, target), *moves, step(open_, target)) if moves else target
 
     def _if(self, part: If[Step], done: Place, failed: Place) -> Place:
         condition, open_ = lower(part.condition), negate(self._goal)
@@ -133,10 +203,23 @@ class CompositionPlaces:
             raise StateSpaceError(f"a step of `{self._composition.id}` leaves a variable at several values")
         open_ = negate(self._goal)
         starts = [skill.can_start for skill in skills]
+        succeeded, failing = self._held(done), self._held(failing)
+        stops = [
+            ProgramBranch(
+                all_of(skill.can_start, each.guard),
+                (End(each.agrees, around.stop),),
+                each.updates,
+                each.opened,
+                is_likely=False,
+            )
+            for around in self._around
+            for skill in skills
+            for each in skill.stops
+        ]
         branches = [
             ProgramBranch(
                 all_of(skill.can_start, each.guard),
-                (End(each.is_success, done), End(each.is_failure, failing)),
+                (End(each.is_success, succeeded), End(each.is_failure, failing)),
                 each.updates,
                 each.opened,
                 each.is_likely,
@@ -147,7 +230,7 @@ class CompositionPlaces:
         return self._add(
             step(self._goal, done),
             step(all_of(open_, *map(negate, starts)), unable),
-            Move(all_of(open_, any_of(starts)), tuple(branches)),
+            Move(all_of(open_, any_of(starts)), (*branches, *stops)),
         )
 
     def _par(self, part: Par[Step], done: Place, failed: Place) -> Place:
@@ -156,7 +239,9 @@ class CompositionPlaces:
         entries: list[Place] = []
         for branch in part.branches:
             alone = _PlacesOfBranch()
-            maker = CompositionPlaces(self._composition, self._goal, alone.add, self._find_skill)
+            maker = CompositionPlaces(
+                self._composition, self._goal, alone.add, self._find_skill, self._describe_stop
+            )
             maker._may_go_on = self._may_go_on
             entries.append(maker._part(branch, _DONE, _FAILED))
             graphs.append(alone.moves)
@@ -184,16 +269,21 @@ class CompositionPlaces:
                         reached.add(after)
                         pending.append(after)
         made: dict[tuple[Place, ...], Place] = {}
+        failed = self._held(failed)
+        stops = [
+            ProgramBranch(negate(self._goal), (End(t.TRUE, one.stop),), is_likely=False)
+            for one in self._around
+        ]
         for at in sorted(reached, key=lambda one: [o[p] for o, p in zip(orders, one, strict=True)]):
             if all(place == _DONE for place in at):
                 made[at] = self._add(step(t.TRUE, done))
                 continue
-            branches: list[ProgramBranch] = []
+            branches: list[ProgramBranch] = [*stops]
             for number, place in enumerate(at):
                 others = (at[:number], at[number + 1 :])
                 in_turn = all(one == _DONE for one in others[0]) and others[1] == entries[number + 1 :]
                 following = {
-                    target: made[(*others[0], target, *others[1])]
+                    target: self._held(made[(*others[0], target, *others[1])])
                     for target in _targets(graphs[number].get(place, ()))
                 }
                 branches += [

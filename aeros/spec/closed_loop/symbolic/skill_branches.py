@@ -15,7 +15,7 @@ from aeros.spec.expr.effects import Increment
 from aeros.spec.expr.lower import lower, negate, with_constants
 from aeros.spec.expr.types import BoolType, IntegerType, RealType
 from aeros.spec.model.ecm import Outcome, Skill
-from aeros.spec.model.hold_conditions import hold_loss_outcomes
+from aeros.spec.model.hold_conditions import hold_loss_outcomes, stop_outcomes
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,10 +49,12 @@ class SymbolicSkill:
     Attributes:
         can_start: its precondition.
         branches: its outcomes.
+        stops: the ways in which it may be stopped with a part of a composition around it.
     """
 
     can_start: t.Term
     branches: tuple[SkillBranch, ...]
+    stops: tuple[SkillBranch, ...]
 
     @property
     def is_settled(self) -> bool:
@@ -93,7 +95,10 @@ def symbolic_skill(
         _Ending(outcome, skill, variables).branch(t.TRUE, is_likely=False)
         for outcome in hold_loss_outcomes(skill, settable)
     ]
-    return SymbolicSkill(can_start, tuple(branches))
+    stops = [
+        _Ending(outcome, skill, variables).branch(t.TRUE, is_likely=False) for outcome in stop_outcomes(skill)
+    ]
+    return SymbolicSkill(can_start, tuple(branches), tuple(stops))
 
 
 class _Ending:

@@ -15,6 +15,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_expression
 from aeros.spec.elaborate.module.callables import CallableNames
+from aeros.spec.elaborate.module.stoppable_parts import check_stop, elaborate_stoppable_part, first_line_span
 from aeros.spec.elaborate.module.tasks import NEEDS_RETRY
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
@@ -23,11 +24,19 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step, nested
 from aeros.spec.model.ecm import Skill
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    steps_of,
+)
 from aeros.spec.text.fields import ChoiceField, ExpressionField, IntegerField, MappingField, TextField
 
 _OWN_ID: Final = "give this one an `id` of its own"
-_FORMS: Final = ("seq", "par", "any", "tolerate", "if", "check", "skill")
+_FORMS: Final = ("seq", "par", "any", "tolerate", "if", "check", "hold", "timeout", "skill")
 _FIELD_OF: Final = {"if": "if_"}
 _STEP_FIELDS = ("id", "inputs", "between_tries", "on_failure")
 
@@ -148,7 +157,8 @@ class _InvocationFields:
 
 def _subparts(part: declared.Part) -> Iterator[declared.Part]:
     yield part
-    inner = [*(part.seq or ()), *(part.par or ()), *(part.any or ()), part.tolerate, part.then, part.else_]
+    inner: list[object] = [*(part.seq or ()), *(part.par or ()), *(part.any or ())]
+    inner += [one for one in (part.tolerate, part.part, part.then, part.else_) if one is not None]
     for one in (one for one in inner if isinstance(one, declared.Part)):
         yield from _subparts(one)
 
@@ -194,7 +204,7 @@ class _Elaborator:
         body = self._part(one.do)
         if body is not None and not any(steps_of(body)):
             self._diagnostics.error(
-                "AE112", "a composition has at least one step", _first_line_span(one.do.span)
+                "AE112", "a composition has at least one step", first_line_span(one.do.span)
             )
         if body is None or len(self._diagnostics) > before:
             return None
@@ -228,11 +238,11 @@ class _Elaborator:
             listed = ", ".join(f"`{one}`" for one in _FORMS[:-1])
             self._report(
                 f"a part has exactly one of {listed} and `{_FORMS[-1]}`; found {found}",
-                _first_line_span(part.span),
+                first_line_span(part.span),
             )
             return None
         for headline in _misplaced_fields(part, forms[0]):
-            self._report(headline, _first_line_span(part.span))
+            self._report(headline, first_line_span(part.span))
         around = self._around
         if part.retry is not None and part.skill is None:
             self._around = "the `retry` around it tries again"
@@ -251,9 +261,7 @@ class _Elaborator:
                 part.skill, part.inputs.items, part.retry, part.between_tries, part.on_failure
             )
             composition = self._sole_composition(run)
-            if self._around and part.on_failure is not None and part.on_failure.value == STOP_ON_FAILURE:
-                headline = f"`{name.value}` cannot stop the composition: {self._around} after its failure"
-                self._report(headline, part.on_failure.span)
+            check_stop(part, f"`{name.value}`", self._around, self._diagnostics)
             if composition is not None:
                 body, handlers = nested(name.value, composition, part.skill.span)
                 self._register_nested(name, [step.id for step in steps_of(body)], handlers)
@@ -261,11 +269,14 @@ class _Elaborator:
             return self._step(name.value, run, part.skill.span)
         if part.if_ is not None:
             return self._if(part, part.if_)
+        if part.hold is not None or part.timeout is not None:
+            check_stop(part, "this part", self._around, self._diagnostics)
+            return elaborate_stoppable_part(part, self._part, self._site, self._diagnostics)
         if part.check is not None:
             term = elaborate_expression(part.check, state_scope(self._site), self._diagnostics)
             text, span = part.check.value, part.check.span
             return None if term is None else If(term, text, Seq(()), FailingPart(text, span), span)
-        span = _first_line_span(part.span)
+        span = first_line_span(part.span)
         if part.tolerate is not None:
             tolerated = self._part_that_may_fail(part.tolerate, "the `tolerate` around it goes on")
             return None if tolerated is None else Fallback((tolerated, Seq(())), span)
@@ -406,15 +417,14 @@ class _Elaborator:
 
 def _misplaced_fields(part: declared.Part, form: str) -> Iterator[str]:
     """Report fields that have no meaning in a part of this form."""
-    for name in _STEP_FIELDS if form != "skill" else ():
+    fields = [] if form == "skill" else [*_STEP_FIELDS]
+    if form in ("hold", "timeout"):
+        fields.remove("on_failure")
+    for name in fields:
         value = getattr(part, name)
         if value is not None and value != MappingField():
             yield f"`{name}` belongs to a step with a `skill`"
+    if form not in ("hold", "timeout") and part.part is not None:
+        yield "`part` belongs to a `hold` or a `timeout`"
     if form != "if" and (part.then is not None or part.else_ is not None):
         yield "`then` and `else` belong to an `if`"
-
-
-def _first_line_span(span: SourceSpan) -> SourceSpan:
-    """Return the first line of a span, which is underlined for a whole part."""
-    end = span.source.text.find("\n", span.start, span.end)
-    return span if end < 0 else SourceSpan(span.source, span.start, end)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any, Literal
 
 from aeros.spec.declared import configuration as declared
@@ -283,4 +284,22 @@ def module_settings(ecm: declared_ecm.Ecm, site: Site) -> tuple[Setting, ...]:
     """
     if not ecm.needs.items and not ecm.parameters.items:
         return ()
-    return ModuleNeeds(ecm, site, Diagnostics()).settings
+    return _settings_at(_SameModule(ecm), site)
+
+
+class _SameModule:
+    """A declared module that equals only itself: to compare all that it declares would take longer."""
+
+    def __init__(self, ecm: declared_ecm.Ecm) -> None:
+        self.ecm = ecm
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _SameModule) and other.ecm is self.ecm
+
+    def __hash__(self) -> int:
+        return id(self.ecm)
+
+
+@lru_cache(maxsize=512)
+def _settings_at(module: _SameModule, site: Site) -> tuple[Setting, ...]:
+    return ModuleNeeds(module.ecm, site, Diagnostics()).settings

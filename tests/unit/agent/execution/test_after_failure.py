@@ -14,8 +14,8 @@ from aeros.runtime.ports import StepResult, StepStatus
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause
 from tests.unit.agent.dumplings import DUMPLING, module, outcome, skill
-from tests.unit.agent.execution.kitchen import Kitchen
 from tests.unit.agent.fake_runtime import Ending
+from tests.unit.agent.kitchen import Kitchen
 
 
 @pytest.mark.parametrize(

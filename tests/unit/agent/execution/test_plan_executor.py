@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
+from aeros.agent.execution.part_stops import PlanFailure
+from aeros.agent.execution.plan_executor import PlanExecutor
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.planning.task_graph import Part, PlanStep, TaskGraph, verify_plan

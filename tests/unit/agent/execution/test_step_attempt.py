@@ -28,8 +28,8 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.verification.certificate import Certificate
 from tests.unit.agent.dumplings import DUMPLING, STATE, module, outcome, rule, site, skill, task
-from tests.unit.agent.execution.kitchen import Kitchen
 from tests.unit.agent.fake_runtime import FakeRuntime
+from tests.unit.agent.kitchen import Kitchen
 
 
 def run(folder: Path, runtime: Runtime, planner: Planner | None = None) -> RunReport:

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from aeros.agent.planning.plan_json import MalformedPlanError, parse_strict_json, plan_from_json, plan_to_json
-from aeros.agent.planning.task_graph import MAX_DEPTH, MAX_STEPS, PLAN_SPAN, PlanStep, TaskGraph
-from aeros.spec.model.step_graph import If, Seq
+from aeros.agent.planning.task_graph import PLAN_SPAN, PlanStep, TaskGraph
+from aeros.spec.model.step_graph import MAX_DEPTH, MAX_STEPS, If, Seq
 from tests.unit.agent.dumplings import site, term
 
 WHERE = "wrapper_aligned and area == pot"

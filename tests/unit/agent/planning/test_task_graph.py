@@ -8,9 +8,10 @@ import pytest
 
 from aeros.agent.planning.base import RulePlanner
 from aeros.agent.planning.routing import RoutedTask
-from aeros.agent.planning.task_graph import MAX_REMARK_CHARS, MAX_STEPS, PlanStep, TaskGraph, verify_plan
+from aeros.agent.planning.task_graph import MAX_REMARK_CHARS, PlanStep, TaskGraph, verify_plan
 from aeros.agent.world.world import world_from_readings
 from aeros.runtime.ports import Reading
+from aeros.spec.model.step_graph import MAX_STEPS
 from tests.unit.agent.dumplings import (
     DUMPLING,
     FORCE,

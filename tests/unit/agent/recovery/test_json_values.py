@@ -17,9 +17,10 @@ from aeros.agent.recovery.json_values import ValueSerializer
 from aeros.agent.world.world import WorldModel
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.ecm import ActionCondition, Ecm
+from aeros.spec.model.rules import Conjunct
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import HeldPart, If, Par, Seq, TimedPart
 from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 from tests.unit.agent.dumplings import SPAN, term
@@ -71,8 +72,19 @@ def test_every_kind_of_part_is_written() -> None:
         "kitchen", "boil", flows={"force": ("one", "felt")}, between_tries=step, needs_recovery=True
     )
     condition = term("fill_level <= 0.25 and not wrapper_aligned and joint[j1] < 1")
-    plan = TaskGraph((Par((step, other), SPAN), If(condition, "so", Seq((step,)), None, SPAN)))
+    clause = ActionCondition(condition, "so", SPAN, (Conjunct(condition, SPAN),))
+    timed = TimedPart(step, SPAN, True, Fraction(1, 3))
+    plan = TaskGraph(
+        (
+            Par((step, other), SPAN),
+            If(condition, "so", Seq((step,)), None, SPAN),
+            HeldPart(timed, SPAN, False, clause),
+        )
+    )
     again = there_and_back(plan)
+    held = again.parts[2]
+    assert (held.condition.term, held.part.timeout) == (condition, Fraction(1, 3))
+    assert [one.term for one in held.condition.conjuncts] == [condition]
     assert again.steps == plan.steps
     assert again.parts[1].condition == condition
 

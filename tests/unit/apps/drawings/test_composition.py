@@ -116,3 +116,16 @@ def test_an_outcome_that_never_happens_is_not_drawn(
     shown = capsys.readouterr().out
     assert "mistaken" not in shown
     assert "found" in shown
+
+
+def test_parts_that_may_be_stopped_name_their_steps_and_fail_at_any_time(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    case = CORPUS / "accepted" / "held_and_timed_parts"
+    site = ("--site", str(CORPUS / "site" / "table.yaml"))
+    assert main(["graph", str(case), *site, "--kind", "composition"]) == Exit.SUCCESS
+    lines = capsys.readouterr().out.splitlines()
+    assert '  n1[/"while fetched == brush: sweep, sweep_slowly"/]' in lines
+    assert '  n3[/"within 5 s: sweep"/]' in lines
+    assert '  n1 -.->|"at any time until its end"| n6' in lines
+    assert '  n3 -.->|"at any time until its end"| n5' in lines

@@ -33,7 +33,10 @@ def test_a_leaf_has_one_name_in_both_forms() -> None:
         (node("IfThenElse", 4), "it has 4 children; it needs 2 to 3"),
         (node("Action", 1, ID="A"), "it has 1 children; it needs 0"),
         (node("Parallel", 2, threshold="1"), "`threshold` is not an attribute of it"),
-        (node("Timeout", 1, msec="5"), "a part has no time-out"),
+        (node("Timeout", 2, msec="5"), "it has 2 children; it needs 1"),
+        (node("Timeout", 1, seconds="5"), "`seconds` is not an attribute of it"),
+        (node("ReactiveSequence", 0), "it has 0 children; it needs 1 or more"),
+        (node("WhileDoElse", 4), "it has 4 children; it needs 2 to 3"),
     ],
 )
 def test_a_reason_is_given(one: TreeNode, reason: str) -> None:

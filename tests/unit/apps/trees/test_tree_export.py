@@ -14,7 +14,17 @@ from aeros.apps.trees import tree_export
 from aeros.apps.trees.tree_export import UnexportableError, export_tree
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, OutputReference, Part, Step
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
+from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    HeldPart,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    TimedPart,
+)
 from tests.unit.agent.dumplings import FORCE, SPAN, outcome, skill, term
 
 PRESS = skill("press", outcome("pressed", {}), inputs={"force": FORCE})
@@ -38,7 +48,8 @@ def written(body: Part, **handlers: Step) -> str:
 
 
 def _names(element: ET.Element) -> str:
-    own = element.get("expression") or element.get("num_attempts") or element.get("name") or ""
+    names = ("expression", "num_attempts", "msec", "name")
+    own = next((found for name in names if (found := element.get(name))), "")
     inner = " ".join(_names(one) for one in element)
     return f"{element.tag}{f'[{own}]' if own else ''}" + (f"({inner})" if inner else "")
 
@@ -50,8 +61,18 @@ def test_each_part_is_a_node() -> None:
     assert written(Fallback((step("look"), step("rest")), SPAN)) == "Fallback(Action[look] Action[rest])"
     assert written(RetriedPart(step("look"), 2, SPAN)) == "RetryUntilSuccessful[3](Action[look])"
     assert written(Par((step("look"), step("rest")), SPAN)) == "Parallel(Action[look] Action[rest])"
+    held = HeldPart(step("look"), SPAN, True, ActionCondition(term(NEAR), NEAR, SPAN))
+    # BehaviorTree.CPP reads leaves in no other form there.
+    assert written(held) == "ReactiveSequence(StateCondition[wrapper_aligned] look[look])"
+    timed = TimedPart(step("look"), SPAN, True, Fraction(3, 2))
+    assert written(timed) == "Timeout[1500](Action[look])"
     choice = If(term(NEAR), NEAR, step("look"), Seq(()), SPAN)
     assert written(choice) == "IfThenElse(Condition[wrapper_aligned] Action[look] AlwaysSuccess)"
+
+
+def test_a_time_of_part_of_a_millisecond_is_refused() -> None:
+    with pytest.raises(UnexportableError, match="no whole number of milliseconds"):
+        written(TimedPart(step("look"), SPAN, True, Fraction(1, 3000)))
 
 
 def test_handlers_are_written_out() -> None:

@@ -58,6 +58,29 @@ def tried(body: str, settings: ImportSettings | None = None, more: str = "") -> 
             {"seq": [{"check": "(is_holding) or ((is_holding) and (true))"}, DO_A | STOP]},
         ),
         (
+            f"<ReactiveSequence>{C}{A}</ReactiveSequence>",
+            {"hold": "is_holding", "part": DO_A | STOP} | STOP,
+        ),
+        (
+            f"<Fallback><ReactiveSequence>{C}{A}</ReactiveSequence>{B}</Fallback>",
+            {"any": [{"hold": "is_holding", "part": DO_A}, DO_B | STOP]},
+        ),
+        (
+            f"<ReactiveFallback><Inverter>{C}</Inverter>{A}</ReactiveFallback>",
+            {"any": [{"hold": "not (not (is_holding))", "part": DO_A}, {"check": "not (is_holding)"}]},
+        ),
+        (
+            f"<Sequence><ReactiveFallback>{C}{C}</ReactiveFallback><WhileDoElse>{C}{C}</WhileDoElse>{A}</Sequence>",
+            {
+                "seq": [
+                    {"check": "(is_holding) or (is_holding)"},
+                    {"check": "(is_holding) and (is_holding)"},
+                    DO_A | STOP,
+                ]
+            },
+        ),
+        (f'<Timeout msec="1500">{A}</Timeout>', {"timeout": "1500 ms", "part": DO_A | STOP} | STOP),
+        (
             '<Action ID="Move" name="Move there" speed="0.2 m/s"/>',
             {"skill": "move", "id": "move_there", "inputs": {"speed": "0.2 m/s"}} | STOP,
         ),
@@ -73,9 +96,16 @@ def test_a_node_becomes_a_part(body: str, part: dict[str, Any]) -> None:
     ("body", "reason"),
     [
         (
-            f"<ReactiveSequence>{C}\n{A}</ReactiveSequence>",
-            "3: ReactiveSequence: it decides its children",
+            f"<ReactiveSequence>{A}\n{B}</ReactiveSequence>",
+            "3: ReactiveSequence: it runs its children again from the first",
         ),
+        (f"<WhileDoElse>{C}{A}{B}</WhileDoElse>", "3: WhileDoElse: it may change between its children"),
+        (f"<WhileDoElse>{C}{C}{C}</WhileDoElse>", "3: WhileDoElse: it may change between its children"),
+        (f'<Timeout msec="0">{A}</Timeout>', "3: Timeout: `msec` is 0; a composition needs a number"),
+        (f'<Timeout msec="{{t}}">{A}</Timeout>', "`msec` is {t}; a composition needs a number"),
+        (f"<Timeout>{A}</Timeout>", "`msec` is missing"),
+        (f'<Sequence>{A}<Timeout msec="5">{C}</Timeout></Sequence>', "its child is a condition, which takes"),
+        (f"<Sequence _while='x'>{A}</Sequence>", "3: Sequence: `_while` is a script"),
         (f"<Sequence>\n{A}<Script code='x:=1'/></Sequence>", "4: Script: scripts change a blackboard"),
         (f"<Sequence>{A}\n<MoveTo/></Sequence>", "4: MoveTo: no file declares it; bind it by --action"),
         (

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.execution.hold_condition import hold_condition_for
+from aeros.runtime.execution.hold_condition import hold_conditions_for
 from aeros.runtime.ports import MotionCompletion, Reading, StepResult, StepStatus
 from aeros.skill import Inputs, Observation, SkillBody, act
 from aeros.spec.expr import terms as t
@@ -159,8 +159,7 @@ def test_a_rule_broken_between_two_actions_is_noticed_before_the_skill_continues
 
 def test_the_plant_is_asked_only_for_what_a_tick_does_not_measure(site: Site, make_ecm: Any) -> None:
     skill = holding(site, make_ecm("")).skills["lift"]
-    hold = hold_condition_for(site, "handling", skill, {})
-    assert hold is not None
+    (hold,) = hold_conditions_for(site, "handling", skill, {})
     asked = []
 
     def observe() -> dict[str, Reading]:
@@ -177,8 +176,7 @@ def test_the_plant_is_asked_only_for_what_a_tick_does_not_measure(site: Site, ma
     unread = hold.violation_at_tick({"holding": True}, 1.0, dict)
     assert unread is not None
     assert unread.shortfalls == (UnmetBound("human_distance", None, "known", True, reason="is not measured"),)
-    alone = hold_condition_for(site, "handling", replace(skill, inputs={}), {})
-    assert alone is not None
+    (alone,) = hold_conditions_for(site, "handling", replace(skill, inputs={}), {})
     assert alone.violation({"holding": Reading(True, 1.0), "human_distance": Reading(3.0, 1.0)}, 1.0) is None
 
 
@@ -194,3 +192,42 @@ def test_a_step_that_waits_is_not_halted_by_its_condition_before_its_turn(bench:
 def test_a_condition_of_a_step_that_has_ended_is_not_checked_again(bench: Bench) -> None:
     for _ in range(2):
         assert bench.submit() == StepResult(StepStatus.FINISHED, "", allowed=2)
+
+
+def beside(bench: Bench, text: str, term: t.Term) -> Any:
+    """A request for `lift` in a part of a plan that holds a condition on the state."""
+    return replace(STEP, held=(ActionCondition(t.TRUE, "true", bench_span(bench)), clause(bench, text, term)))
+
+
+def bench_span(bench: Bench) -> Any:
+    return bench.executor.site.span
+
+
+def clause(bench: Bench, text: str, term: t.Term) -> ActionCondition:
+    return ActionCondition(term, text, bench_span(bench))
+
+
+@pytest.mark.parametrize("tick", [{"holding": False}, {"holding": 1}, {"holding": Reading(True, -0.2)}])
+def test_a_condition_of_a_part_around_a_step_cancels_it_and_says_which_it_is(
+    site: Site, make_ecm: Any, tmp_path: Path, tick: dict[str, Any]
+) -> None:
+    bench = Bench(site, make_ecm(""), tmp_path / "audit.jsonl", twice)
+    bench.plant.values["holding"] = True
+    bench.plant.during = [{}, tick]
+    result = bench.submit(beside(bench, "holding", site.state["holding"].variable))
+    assert (result.status, result.lost_hold) == (StepStatus.CANCELLED, 1)
+    assert [one.text for one in result.causes] == ["holding"]
+    assert bench.plant.call_count("halt") == 1
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_condition_of_a_part_that_holds_changes_nothing_and_one_that_does_not_lets_no_action_begin(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
+    bench = Bench(site, make_ecm(""), tmp_path / "audit.jsonl", twice)
+    bench.plant.values["holding"] = True
+    request = beside(bench, "holding", site.state["holding"].variable)
+    assert bench.submit(request) == StepResult(StepStatus.FINISHED, "", allowed=2)
+    bench.plant.values["holding"] = False
+    result = bench.submit(request)
+    assert (result.status, result.lost_hold, result.allowed) == (StepStatus.CANCELLED, 1, 0)

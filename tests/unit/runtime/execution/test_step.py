@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 from math import inf, nan
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
+from aeros.runtime.execution.hold_condition import HoldCondition
 from aeros.runtime.execution.step import (
     ActiveMotion,
     ActiveStep,
@@ -192,9 +194,12 @@ def test_results_are_fetched_once_and_the_oldest_first() -> None:
 
 def test_a_lost_hold_ends_a_step_with_its_cause() -> None:
     cause = Cause("hold", "handling.lift", "holding")
-    assert ending_unheld(None) is None
+    part, own = (cast("HoldCondition", SimpleNamespace(place=place)) for place in (1, None))
+    assert ending_unheld((part, own), lambda _: None) is None
     expected = SkillRunResult(StepStatus.HOLD_LOST, "handling.lift: holding", causes=(cause,))
-    assert ending_unheld(cause) == expected
+    assert ending_unheld((part, own), lambda one: cause if one is own else None) == expected
+    of_part = expected._replace(status=StepStatus.CANCELLED, lost_hold=1)
+    assert ending_unheld((part, own), lambda _: cause) == of_part
 
 
 def test_a_motion_that_broke_off_stops_its_step_with_the_reason_of_the_plant() -> None:

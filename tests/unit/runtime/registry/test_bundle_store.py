@@ -153,12 +153,12 @@ def test_modules_that_no_record_names_are_deleted(tmp_path: Path) -> None:
     kept = store_bundle(FILES, tmp_path, "tidy")
     gone = store_bundle({"ecm.yaml": b"other"}, tmp_path, "tidy")
     _write(tmp_path / ".half", FILES)
-    remove_unreferenced(tmp_path, {kept})
+    remove_unreferenced(tmp_path, {kept.parent.name})
     assert [path.name for path in tmp_path.iterdir()] == [kept.parent.name]
     assert not gone.exists()
     remove_unreferenced(tmp_path, set())
     assert list(tmp_path.iterdir()) == []
-    remove_unreferenced(tmp_path / "absent", {kept})
+    remove_unreferenced(tmp_path / "absent", {kept.parent.name})
 
 
 def test_a_bundle_stays_stored_if_the_block_succeeds(tmp_path: Path) -> None:

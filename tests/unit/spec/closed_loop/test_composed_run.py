@@ -7,10 +7,23 @@ from typing import Any
 
 from aeros.spec.closed_loop.composed_run import ComposedRun, Weights
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
+from aeros.spec.consequences.durations import may_be_late
+from aeros.spec.consequences.stopped_parts import stop_of_part
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
-from tests.unit.agent.dumplings import PREDICATES, SPAN, outcome, skill, term
+from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.rules import Conjunct
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    HeldPart,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    TimedPart,
+)
+from tests.unit.agent.dumplings import PREDICATES, SPAN, STATE, outcome, skill, term
 
 NAMES = PREDICATES[:3]
 DOUGH, FILLING, ALIGNED = NAMES
@@ -36,8 +49,10 @@ def run(
     made = ComposedRun(
         Composition("c", t.TRUE, None, body, handlers, SPAN),
         lambda name, inputs: Invocation(SKILLS[name], inputs, NAMES),
-        lambda part: StateCondition(part.condition, NAMES),
+        lambda condition: StateCondition(condition, NAMES),
         StateCondition(goal, NAMES),
+        lambda part: Invocation(stop_of_part(part, handlers, SKILLS, STATE, {}), {}, NAMES, NAMES),
+        lambda part: may_be_late(part, handlers, SKILLS),
         {name: NAMES.index(name) for name in uncertain},
     )
     done, failed, _ = made.run((False, False, False), "step")
@@ -154,3 +169,48 @@ def test_a_try_that_memory_leaves_out_leads_to_the_next_alternative() -> None:
     assert (done, set(failed)) == ({}, {(False, False, False)})
     done, failed, _ = run(FailingPart(DOUGH, SPAN), goal=t.TRUE)
     assert (len(done), failed) == (1, {})
+
+
+def held(part: Part, text: str) -> HeldPart[Step]:
+    clause = ActionCondition(term(text), text, SPAN, (Conjunct(term(text), SPAN),))
+    return HeldPart(part, SPAN, True, clause)
+
+
+NONE, DONE = (False, False, False), (True, False, False)
+
+
+def test_a_held_part_may_fail_before_and_after_each_step_with_probability_0() -> None:
+    done, failed, made = run(held(step("dough"), f"not {ALIGNED}"))
+    assert shown(done) == {DONE: (HALF, HALF, 0, 0)}
+    assert shown(failed)[NONE] == (HALF, HALF, 0, 0)
+    # What the condition reads may have any value, whatever the step has done.
+    others = {DONE, (False, False, True), (True, False, True)}
+    assert failed.keys() == {NONE} | others
+    assert all(failed[state].probability == 0 for state in others)
+    assert made.is_exact
+    assert not made.is_open
+
+
+def test_a_held_part_fails_where_its_condition_does_not_hold_or_a_step_ends_it() -> None:
+    assert run(held(step("dough"), ALIGNED))[0] == {}
+    done, failed, _ = run(held(Seq((step("dough"), step("align"))), f"not {DOUGH}"))
+    assert done == {}
+    assert shown(failed)[DONE][0] == HALF
+    assert run(held(step("dough"), ALIGNED), goal=term(f"not {DOUGH}"))[0].keys() == {NONE}
+
+
+def test_a_part_that_may_be_late_has_no_known_probability() -> None:
+    late = TimedPart(step("dough"), SPAN, True, Fraction(1))
+    done, failed, made = run(late)
+    assert (shown(done), made.is_open) == ({DONE: (HALF, HALF, 0, 0)}, True)
+    assert failed.keys() == {NONE, DONE}
+    assert not run(TimedPart(step("dough"), SPAN, True, Fraction(10**6)))[2].is_open
+
+
+def test_one_order_of_branches_may_end_a_condition_around_them() -> None:
+    both = Par((step("dough"), step("align")), SPAN)
+    assert not run(held(both, f"not {FILLING}"))[2].is_open
+    done, failed, made = run(held(both, f"not ({DOUGH} and {ALIGNED})"))
+    assert made.is_open
+    assert done == {}
+    assert {(True, False, True), (True, True, False)} <= failed.keys() | {(True, True, False)}

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from aeros.experiments.trials.synthetic import write_module
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
@@ -62,13 +63,33 @@ def test_a_module_is_elaborated_once_under_a_site_and_again_when_anything_of_it_
 
     first = loaded()
     assert loaded() is first
-    assert loaded(replace(site)) is not first
+    assert loaded(replace(site)) is first  # an equal site
+    assert loaded(replace(site, span=site.span.source.span(0, 1))) is not first  # messages point elsewhere
     code, manifest = next(module.glob("*.py")), module / "ecm.yaml"
     code.write_text(code.read_text() + "# more\n")
     second = loaded()
     assert second.code_digest != first.code_digest
     manifest.write_text(manifest.read_text() + "# more\n")
     assert loaded().manifest_digest != second.manifest_digest
+
+
+def test_a_module_is_elaborated_again_when_one_that_it_requires_changed(tmp_path: Path) -> None:
+    site = load_site(reference_site_path(), Diagnostics())
+    assert site is not None
+    write_module(tmp_path, 8)
+    needing = write_module(tmp_path, 9)
+
+    def loaded() -> Ecm:
+        found = load_ecm(needing, site, Diagnostics())
+        assert found is not None
+        return found.ecm
+
+    first = loaded()
+    assert loaded() is first
+    write_module(tmp_path, 8, version="1.1.0")
+    second = loaded()
+    assert second is not first
+    assert second.foreign.modules["module_0008"].version == "1.1.0"
 
 
 def test_a_fault_of_a_module_is_reported_each_time(module: Path, site: Site) -> None:

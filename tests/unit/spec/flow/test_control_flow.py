@@ -1,10 +1,21 @@
 from __future__ import annotations
 
+from fractions import Fraction
+
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.control_flow import DONE, START, STOPPED, control_flow_graph
 from aeros.spec.model.composition import Composition, Part, Step, handlers_of
-from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq, steps_of
+from aeros.spec.model.step_graph import (
+    FailingPart,
+    Fallback,
+    If,
+    Par,
+    RetriedPart,
+    Seq,
+    TimedPart,
+    steps_of,
+)
 
 TEXT = Source("text", "x" * 100)
 
@@ -85,3 +96,10 @@ def test_a_tolerated_failure_and_another_try_of_a_part_have_nodes() -> None:
     assert {(START, "tries@3", ""), ("tries@3", "step/a", ""), ("tries@3", STOPPED, "no try is left")} < found
     assert {("step/a", "tolerated@5", "failure"), ("tolerated@5", "step/b", "")} < found
     assert {("step/b", "tries@3", "failure"), ("step/b", DONE, "success")} < found
+
+
+def test_a_part_that_may_be_stopped_fails_from_its_beginning_and_from_its_steps() -> None:
+    span = step("a").span
+    found = edges(composition(TimedPart(step("a"), span, True, Fraction(1))))
+    assert {(START, "while@3", ""), ("while@3", "step/a", ""), ("step/a", STOPPED, "failure")} < found
+    assert ("while@3", STOPPED, "at any time until its end") in found

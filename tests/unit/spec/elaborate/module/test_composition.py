@@ -51,7 +51,7 @@ def _skills() -> Mapping[str, Skill]:
     return skills
 
 
-FORMS = "a part has exactly one of `seq`, `par`, `any`, `tolerate`, `if`, `check`"
+FORMS = "a part has exactly one of `seq`, `par`, `any`, `tolerate`, `if`, `check`, `hold`, `timeout`"
 
 
 def _elaborated(text: str, name: str = "all") -> tuple[dict[str, Composition], list[Diagnostic]]:

@@ -1,0 +1,49 @@
+"""Stops of parts inside the loop are refused where too many states may follow."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+
+from aeros.spec.closed_loop.loop_stops import stop_in_loop
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import IntegerType
+from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.model.hold_conditions import STOPPED
+from aeros.spec.model.step_graph import Par, Seq, TimedPart
+from tests.unit.agent import dumplings
+from tests.unit.agent.dumplings import SPAN, outcome, skill
+
+NUMBER = dumplings.state("count", IntegerType(), (Fraction(0), Fraction(9)))
+FLAGS = {f"flag_{n}": dumplings.state(f"flag_{n}") for n in range(7)}
+STATE = {**dumplings.STATE, "count": NUMBER, **FLAGS}
+SKILLS = {
+    one.id: one
+    for one in (
+        skill("few", outcome("done", {"flag_0": True})),
+        skill("other", outcome("done", {"flag_1": True})),
+        skill("many", outcome("done", dict.fromkeys(FLAGS, True))),
+        skill("counts", outcome("done", {"count": Fraction(1)})),
+    )
+}
+
+
+def stop(*names: str, is_parallel: bool = True) -> str:
+    steps = tuple(Step(name, name, {}, {}, 0, None, None, SPAN) for name in names)
+    inner: Part = Par(steps, SPAN) if is_parallel else Seq(steps)
+    part: TimedPart[Step] = TimedPart(inner, SPAN, True, Fraction(1))
+    composition = Composition("c", t.TRUE, None, part, {}, SPAN)
+    return stop_in_loop(part, composition, SKILLS, STATE, {}).id
+
+
+def test_a_stop_with_few_states_after_it_is_described() -> None:
+    assert stop("few", "other") == STOPPED
+
+
+@pytest.mark.parametrize("name", ["many", "counts"])
+def test_too_many_states_after_a_stop_of_parallel_steps_are_refused(name: str) -> None:
+    with pytest.raises(StateSpaceError, match="`c` that may be stopped leaves too much open"):
+        stop("few", name)
+    assert stop("few", name, is_parallel=False) == STOPPED
