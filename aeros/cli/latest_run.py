@@ -39,6 +39,9 @@ def add_run_argument(parser: argparse.ArgumentParser, name: str) -> None:
 def find_audit_log(given: Path | None) -> Path:
     """Find the audit log of a run; standard error names the run if none is given.
 
+    It also names the run that `.aeros` records as the latest, if that is another one: its output may be
+    elsewhere, or its log gone.
+
     Args:
         given: output folder or audit log; None for the newest run in `runs`.
 
@@ -59,6 +62,10 @@ def find_audit_log(given: Path | None) -> Path:
     if not found:
         raise UsageError("there is no run in `runs`: give the output folder that `aeros run` printed")
     print(f"newest run: {found[-1].parent}", file=sys.stderr)
+    with suppress(UsageError):
+        recorded = latest_run(Path(".aeros"))
+        if recorded is not None and recorded[0] != found[-1].parent.resolve():
+            print(f"not the latest run of `.aeros`, which is `{recorded[0]}`", file=sys.stderr)
     return found[-1]
 
 
@@ -72,9 +79,13 @@ def find_run_folder(given: Path | None) -> Path:
         The folder.
 
     Raises:
-        UsageError: none is given, and there is no run in `runs`.
+        UsageError: none is given, and there is no run in `runs`; or the file is no `audit.jsonl`.
     """
-    return given if given is not None and given.is_dir() else find_audit_log(given).parent
+    if given is not None and given.is_dir():
+        return given
+    if given is not None and given.name != _AUDIT:
+        raise UsageError(f"`{given}` is no {_AUDIT}: give the output folder that `aeros run` printed")
+    return find_audit_log(given).parent
 
 
 def save_latest_run(state: Path, out: Path) -> None:

@@ -134,7 +134,8 @@ class RosController:
     def _note_answer(self, number: int, future: Any) -> None:
         failure = future.exception()
         if failure is not None:
-            self._events.put(GoalEvent(number, GoalState.REJECTED, f"{type(failure).__name__}: {failure}"))
+            # Nobody knows if the controller has the goal.
+            self._events.put(GoalEvent(number, GoalState.FAILED, f"{type(failure).__name__}: {failure}"))
             return
         handle = future.result()
         if not handle.accepted:

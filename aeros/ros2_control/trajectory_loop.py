@@ -10,6 +10,7 @@ the joint states to the plant, and brakes that motion
 
 To brake is to send a goal whose points leave the path nowhere and end at rest. If the controller does not
 accept that goal, or somebody else has replaced the motion, all its goals are cancelled, and it holds at once.
+So they are if a goal ends otherwise than it should, or is accepted after it was cancelled.
 
 If this process dies in mid-motion, the controller goes on to the end of the decided motion.
 """
@@ -48,6 +49,9 @@ _BRAKE_LEAD: Final = 0.04
 
 _ANSWER_TIMEOUT: Final = 0.2
 """Longest time until a brake goal is accepted, s; chosen: then all goals are cancelled."""
+
+_EARLIEST_SUCCESS: Final = 0.1
+"""Time before the last point from which a success is believed, s; chosen: errors of the clock are smaller."""
 
 SETTLE_TIME: Final = 1.0
 """Longest time after the last point until the joints are at the goal, s; chosen."""
@@ -107,6 +111,12 @@ class _Run:
     sent: float = 0.0
     reason: str | None = None
 
+    @property
+    def rest(self) -> float:
+        """Time of the newest goal's last point, on the controller's clock, s."""
+        lasts = self.motion.duration
+        return self.start + (lasts if self.braked_at is None else self.braked_at + self.motion.braking_time)
+
     def position(self, now: float) -> Joints:
         elapsed = now - self.start
         if self.braked_at is None or elapsed <= self.braked_at:
@@ -148,7 +158,7 @@ class TrajectoryLoop:
     def run(self) -> None:
         """Drive the controller until the plant closes the link, or the controller is gone."""
         try:
-            while not self._is_over:
+            while self._run is not None or not self._is_over:
                 self.turn()
         except LinkClosedError:
             return
@@ -204,10 +214,8 @@ class TrajectoryLoop:
         elif kind == "brake":
             self._brake(None)
         elif kind == "close":
-            if self._run is None:
-                self._is_over = True
-            else:
-                self._brake("left alone: the plant was closed")
+            self._is_over = True
+            self._brake("left alone: the plant was closed")
 
     def _note_judgement(self, time: float) -> None:
         if self._run is not None:
@@ -285,14 +293,13 @@ class TrajectoryLoop:
         run.is_braking = True
         now = self._now()
         braked_at = now + _BRAKE_LEAD - run.start
-        if braked_at <= 0.0:
-            self._cancel(run)
+        if braked_at <= 0.0 or not run.is_accepted:
+            self._cancel(run)  # The arm may still stand at the start, where no brake goal may lead it away.
         elif braked_at < run.motion.duration:
             run.braked_at = braked_at
             run.is_accepted, run.sent = False, now
             run.goal = self._send(run.start, run.motion, braked_at)
-            rest = run.start + braked_at + run.motion.braking_time
-            run.deadline = rest + SETTLE_TIME + self._limits.patience
+            run.deadline = run.rest + SETTLE_TIME + self._limits.patience
 
     def _cancel(self, run: _Run) -> None:
         if not run.is_cancelled:
@@ -302,6 +309,8 @@ class TrajectoryLoop:
 
     def _take_event(self, happened: GoalEvent) -> None:
         run = self._run
+        if happened.state is GoalState.ACCEPTED and (run is None or run.is_cancelled):
+            self._controller.cancel_all()  # The cancellation has overtaken this goal.
         if run is None:
             return
         if happened.state is GoalState.ACCEPTED:
@@ -317,15 +326,18 @@ class TrajectoryLoop:
 
     def _take_end(self, run: _Run, happened: GoalEvent) -> None:
         """Take the end of the newest goal; that of a goal which a brake goal has replaced does not count."""
-        if happened.state is GoalState.SUCCEEDED:
+        if happened.state is GoalState.SUCCEEDED and self._now() >= run.rest - _EARLIEST_SUCCESS:
             self._commanded.place = run.position(run.deadline)
             self._end(run, run.reason)
+        elif happened.state is GoalState.SUCCEEDED:
+            run.reason = run.reason or "controller: it reports a success before the end of the motion"
+            self._cancel(run)
         elif happened.state is GoalState.REJECTED and run.braked_at is not None:
             run.reason = run.reason or f"held: the brake goal was refused, {happened.reason}"
             self._cancel(run)
         else:
-            if happened.state is GoalState.PREEMPTED:
-                self._controller.cancel_all()  # The robot does what nobody has decided.
+            if happened.state is not GoalState.REJECTED:
+                self._controller.cancel_all()  # Another client moves it, or nobody knows that it holds.
             self._commanded.place = None
             self._end(run, run.reason or f"{_ENDS[happened.state]}: {happened.reason}")
 
@@ -354,12 +366,11 @@ class TrajectoryLoop:
 
     def _end(self, run: _Run, reason: str | None) -> None:
         self._run = None
-        is_alone = (reason or "").startswith("left alone")
+        self._is_over = self._is_over or (reason or "").startswith("left alone")
         try:
             self._link.report("ended", reason=reason, braked=run.is_braking)
         except LinkClosedError:
-            is_alone = True
-        self._is_over = self._is_over or is_alone
+            self._is_over = True
 
     def _now(self) -> float:
         return self._clock.read(self._monotonic())

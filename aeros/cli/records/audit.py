@@ -68,7 +68,7 @@ without options   detects edited, deleted, inserted, moved and torn records; not
 
 examples:
   aeros audit verify runs/demo
-  aeros audit verify --state .aeros               the newest run in `runs` --closed
+  aeros audit verify --state .aeros --closed      the newest run in `runs`
   aeros audit verify runs/demo --public-key audit.key.pub --anchor /mnt/other/demo.anchor
 """
 _SHOW_EXAMPLES = """\

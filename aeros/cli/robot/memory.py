@@ -171,12 +171,19 @@ def _record_data(record: SuccessRecord) -> dict[str, Any]:
     return {"successes": record.successes, "failures": record.failures, "expected": round(record.mean, 6)}
 
 
-def _fact_text(value: Any, sign: str = ": ") -> str:
-    """Write a value for people: of a mapping neither what is absent nor what was counted as none."""
+def _fact_text(value: Any) -> str:
+    """Write a fact for people: of a run's result neither what is absent nor what was counted as none."""
+    if not isinstance(value, Mapping):
+        return _value_text(value)
+    entries = ((key, one) for key, one in value.items() if one is not None and (one is False or one != 0))
+    return ", ".join(f"{key}: {_value_text(one)}" for key, one in entries)
+
+
+def _value_text(value: Any) -> str:
+    """Write a value; a measured 0 is a value like any other."""
     if not isinstance(value, Mapping):
         return value if isinstance(value, str) else json.dumps(value)
-    entries = ((key, one) for key, one in value.items() if one is not None and (one is False or one != 0))
-    return ", ".join(f"{key}{sign}{_fact_text(one, ' = ')}" for key, one in entries)
+    return ", ".join(f"{key} = {_value_text(one)}" for key, one in value.items())
 
 
 def _format_summary(

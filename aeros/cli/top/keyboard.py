@@ -75,7 +75,8 @@ def parse_keys(data: bytes) -> list[str]:
         data: the bytes.
 
     Returns:
-        Names of keys, and characters; an unknown sequence is no key, so that no letter in it counts as one.
+        Names of keys, and characters. Escape and each unknown sequence are one key, `unknown`: no letter of a
+        sequence counts as a key, and any of them answers a question with no.
     """
     keys: list[str] = []
     place = 0
@@ -85,9 +86,7 @@ def parse_keys(data: bytes) -> list[str]:
             place += 1
             continue
         end = _sequence_end(data, place)
-        name = _SEQUENCES.get(data[place:end])
-        if name is not None:
-            keys.append(name)
+        keys.append(_SEQUENCES.get(data[place:end], "unknown"))
         place = end
     return keys
 

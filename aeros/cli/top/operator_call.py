@@ -29,16 +29,22 @@ class OperatorCall:
     def __init__(self, state: Path, report: Callable[[str], None]) -> None:
         self._state, self._report = state, report
         self._threads: list[threading.Thread] = []
+        self._stop: threading.Thread | None = None
+        """The newest stop."""
 
     def give(self, command: OperatorCommand) -> None:
-        """Give a command without waiting for its effect.
+        """Give a command without waiting for its effect; a pause does not replace a stop that has none yet.
 
         Args:
             command: PAUSE or STOP.
         """
+        if command is OperatorCommand.PAUSE and self._stop is not None and self._stop.is_alive():
+            return
         self._report(f"{command.name.lower()}: asked")
         thread = threading.Thread(target=self._request, args=(command,), name="aeros-top", daemon=True)
         self._threads.append(thread)
+        if command is OperatorCommand.STOP:
+            self._stop = thread
         thread.start()
 
     def close(self) -> None:

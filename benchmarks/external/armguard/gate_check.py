@@ -49,9 +49,8 @@ class ZoneVerdict:
         is_allowed: True if nothing objects to the motion.
         zones: keep-out boxes that it is refused for.
         others: codes and rules of the other reasons.
-        hulls_are_clear: True if the closer check by the hulls of the links, which AEROS makes of obstacles
-        and
-            not of barriers, finds the boxes clear.
+        hulls_are_clear: True if the closer check by the hulls of the links finds the boxes clear; AEROS makes
+            it of obstacles and not of barriers.
     """
 
     is_allowed: bool

@@ -94,3 +94,24 @@ def test_a_run_is_found_by_its_folder_or_its_log_or_as_the_newest(
     with pytest.raises(UsageError, match=r"no audit\.jsonl in `runs`"):
         find_audit_log(Path("runs"))
     assert find_run_folder(Path("runs")) == Path("runs")
+    copy = old / "copy.jsonl"
+    copy.write_text("")
+    assert find_audit_log(copy) == copy
+    with pytest.raises(UsageError, match=r"copy\.jsonl` is no audit\.jsonl"):  # another log would be reported
+        find_run_folder(copy)
+
+
+def test_another_run_that_is_recorded_as_the_latest_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    left, own = Path("runs", "left"), Path(".aeros")
+    left.mkdir(parents=True)
+    own.mkdir()
+    (left / "audit.jsonl").write_text("")
+    save_latest_run(own, left)
+    assert find_audit_log(None) == left / "audit.jsonl"
+    assert capsys.readouterr().err == f"newest run: {left}\n"
+    save_latest_run(own, Path("elsewhere"))
+    assert find_audit_log(None) == left / "audit.jsonl"
+    assert f"not the latest run of `.aeros`, which is `{tmp_path / 'elsewhere'}`" in capsys.readouterr().err

@@ -50,7 +50,7 @@ def test_the_agent_reaches_its_goal(domain: Domain, task: list[str]) -> None:
 
 
 @pytest.mark.deep
-def test_a_stop_from_another_terminal_brakes_the_arm(domain: Domain, task: list[str]) -> None:
+def test_ctrl_c_brakes_the_arm(domain: Domain, task: list[str]) -> None:
     with (
         stub_controller(domain, start=START) as stub,
         domain.robot(*task, is_on_ros2=False, ecms=domain.folder / "modules") as robot,

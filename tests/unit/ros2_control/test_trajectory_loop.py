@@ -212,3 +212,74 @@ def test_a_brake_before_the_start_cancels_and_nothing_moves(ends: Ends) -> None:
     made.plant.send(event("brake"))
     assert the_end(made.turn(5)) == event("ended", reason=None, braked=True)
     assert made.controller.q == READY
+
+
+def test_a_goal_that_is_accepted_after_its_cancellation_is_cancelled_again(ends: Ends) -> None:
+    made = bench(ends)
+    made.controller.answers[1] = None
+    made.controller.is_deaf = True
+    made.plant.send(START)
+    made.turn(2)
+    made.plant.send(event("brake"))
+    assert made.turn(2) == []
+    made.controller.is_deaf = False
+    made.controller.active = 1
+    made.controller.events.append(GoalEvent(1, GoalState.ACCEPTED))
+    assert the_end(made.turn(3)) == event("ended", reason=None, braked=True)
+    assert made.controller.cancellations == 2
+    made.turn(TURNS)
+    assert made.controller.q == READY
+
+
+def test_a_brake_goal_that_is_accepted_after_the_end_is_cancelled(ends: Ends) -> None:
+    made = begun(ends)
+    made.controller.answers[2] = None
+    made.plant.send(event("brake"))
+    assert the_end(made.turn(40, judge(made.plant)))["reason"] == "held: the brake goal was not answered"
+    assert made.controller.cancellations == 1
+    made.controller.events.append(GoalEvent(2, GoalState.ACCEPTED))
+    made.turn(1)
+    assert made.controller.cancellations == 2
+
+
+def test_a_motion_whose_goal_is_not_accepted_is_cancelled_and_not_braked(ends: Ends) -> None:
+    made = bench(ends)
+    made.controller.answers[1] = None
+    made.plant.send(START)
+    made.turn(60, judge(made.plant))
+    made.plant.send(event("brake"))
+    assert the_end(made.turn(5, judge(made.plant)))["braked"] is True
+    assert len(made.controller.goals) == 1
+    assert made.controller.cancellations == 1
+
+
+def test_a_success_before_the_end_of_the_motion_is_a_failure(ends: Ends) -> None:
+    made = begun(ends)
+    made.controller.events.append(GoalEvent(1, GoalState.SUCCEEDED))
+    end = the_end(made.turn(5, judge(made.plant)))
+    assert end["reason"] == "controller: it reports a success before the end of the motion"
+    assert made.controller.cancellations == 1
+    assert made.controller.active is None
+
+
+def test_a_motion_whose_end_is_not_known_is_cancelled(ends: Ends) -> None:
+    made = begun(ends)
+    made.controller.events.append(GoalEvent(1, GoalState.FAILED, "no result"))
+    made.turn(5, judge(made.plant))
+    assert made.controller.cancellations == 1
+    assert made.controller.active is None
+
+
+def test_a_plant_that_closes_while_the_loop_brakes_by_itself_ends_the_loop(
+    ends: Ends, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = begun(ends)
+    made.turn(15)
+    made.plant.send(event("close"))
+    turns = iter([made.loop.turn] * 150)
+    monkeypatch.setattr(made.loop, "turn", lambda: next(turns)())
+    made.loop.run()
+    heard: list[Message] = []
+    while (message := made.plant.receive()) is not None:
+        heard.append(message)
+    assert [one["is"] for one in heard if isinstance(one, dict)] == ["ended"]

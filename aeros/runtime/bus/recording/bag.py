@@ -74,8 +74,8 @@ class Bag:
         if interval is None:
             return
         if interval > 0.0:
-            least = self._kept.get(topic, -(10**18)) + interval * 1e9
-            if when < least - _ROUNDING_NS:
+            last = self._kept.get(topic)
+            if last is not None and when < last + interval * 1e9 - _ROUNDING_NS:
                 return
             self._kept[topic] = when
         if topic not in self._topics:

@@ -47,7 +47,7 @@ class ChosenTopic(NamedTuple):
             number = float(rate)
         except ValueError:
             number = 0.0
-        if not (isfinite(number) and number > 0.0):
+        if not (isfinite(number) and number > 0.0 and isfinite(1.0 / number)):
             raise TopicChoiceError(f"`{rate}` is no rate: give messages in a second, as `{pattern}=10`")
         return cls(pattern, number)
 
@@ -90,8 +90,13 @@ class TopicChoice:
         for pattern in self._patterns():
             if not any(fnmatchcase(topic, pattern) for topic in known):
                 near = did_you_mean(pattern, known)
-                some = f"did you mean `{near}`?" if near else f"there are {', '.join(sorted(known))}"
+                some = f"did you mean `{near}`?" if near else f"there are {', '.join(_brief(known))}"
                 raise TopicChoiceError(f"no topic is called `{pattern}`: {some}")
 
     def _patterns(self) -> Iterable[str]:
         return [one.pattern for one in self._chosen]
+
+
+def _brief(topics: Collection[str]) -> list[str]:
+    """Return names of topics, sorted, with one pattern for all state variables: a site has a hundred."""
+    return sorted({"/aeros/state/*" if one.startswith("/aeros/state/") else one for one in topics})

@@ -20,6 +20,7 @@ class ManifestEditor:
     def __init__(self, source: Source) -> None:
         self.source = source
         self._root = read_yaml(source, Diagnostics())
+        self._line_break = "\r\n" if "\r\n" in source.text else "\n"
 
     def node(self, *path: str | int) -> Node | None:
         """Find a node.
@@ -121,7 +122,9 @@ class ManifestEditor:
         lead = self.source.text[line_start : before.span.start]
         if lead.strip() != "-":
             return None
-        return Fix(SourceSpan(self.source, line_start, before.span.start), f"{lead}{text}\n{lead}")
+        return Fix(
+            SourceSpan(self.source, line_start, before.span.start), f"{lead}{text}{self._line_break}{lead}"
+        )
 
     def remove_entry(self, mapping: Node | None, key: str) -> Fix | None:
         """Remove a key with its value, and the comment behind it; comments on other lines stay.
@@ -200,13 +203,14 @@ class ManifestEditor:
         if self._is_flow(collection):
             return self._insertion(end, f", {text}")
         line_end = self.source.text.find("\n", end)
-        end = len(self.source.text) if line_end < 0 else line_end  # a comment stays with the line before
+        line = self.source.text[end:] if line_end < 0 else self.source.text[end:line_end]
+        end += len(line.removesuffix("\r"))  # a comment stays with the line before
         first = collection.entries[0][0] if isinstance(collection, MappingNode) else collection.items[0]
         line_start = self.source.text.rfind("\n", 0, first.span.start) + 1
         indent = first.span.start - line_start
         if isinstance(collection, SequenceNode):
             indent = self.source.text.rfind("-", line_start, first.span.start) - line_start
-        return self._insertion(end, f"\n{' ' * indent}{text}") if indent >= 0 else None
+        return self._insertion(end, f"{self._line_break}{' ' * indent}{text}") if indent >= 0 else None
 
     def _insertion(self, offset: int, text: str) -> Fix:
         before = self.source.text[offset - 1]  # an edit replaces some text, as its place is shown

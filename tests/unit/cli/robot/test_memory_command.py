@@ -33,7 +33,12 @@ def state(tmp_path: Path) -> Path:
         memory.start_episode(EpisodeStart("cook.cook", "cook", "steam", "retry", {}, 9.0, {}, CONTEXT))
         memory.set_fact(
             "last run of cook.cook",
-            {"reached": False, "steps": 0, "reason": None, "measured": {"holding": True}},
+            {
+                "reached": False,
+                "steps": 0,
+                "reason": None,
+                "measured": {"holding": True, "wiped_fraction": 0.0},
+            },
             "session 1",
         )
     return tmp_path
@@ -57,7 +62,9 @@ def test_show_sums_up_each_skill(state: Path, capsys: pytest.CaptureFixture[str]
         "  failed 1 time: outcome `not_sealed`",
     ]
     assert lines[5] == "cook.steam: 0 of 0 succeeded, next 50%"
-    assert lines[6] == "last run of cook.cook (session 1): measured: holding = true, reached: false"
+    assert lines[6] == (
+        "last run of cook.cook (session 1): measured: holding = true, wiped_fraction = 0.0, reached: false"
+    )
     assert lines[7].startswith("session 1: began ")
     assert lines[7].endswith(", 5 steps")
 

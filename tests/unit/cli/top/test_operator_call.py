@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from contextlib import closing
 from pathlib import Path
 
@@ -50,3 +51,25 @@ def test_it_says_if_the_command_has_taken_effect(
     monkeypatch.setattr(operator_call, "request_command", request)
     assert messages_of(tmp_path, OperatorCommand.STOP) == ["stop: asked", words]
     assert given == [OperatorCommand.STOP]
+
+
+def test_a_pause_does_not_replace_a_stop_that_has_no_effect_yet(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: list[OperatorCommand] = []
+    stands = threading.Event()
+
+    def request(folder: Path, command: OperatorCommand) -> None:
+        given.append(command)
+        assert stands.wait(60.0)
+
+    Registry(tmp_path).folder.mkdir(parents=True)
+    monkeypatch.setattr(operator_call, "request_command", request)
+    calls = OperatorCall(tmp_path, lambda _: None)
+    calls.give(OperatorCommand.STOP)
+    calls.give(OperatorCommand.PAUSE)
+    stands.set()
+    calls.close()
+    calls.give(OperatorCommand.PAUSE)
+    calls.close()
+    assert given == [OperatorCommand.STOP, OperatorCommand.PAUSE]

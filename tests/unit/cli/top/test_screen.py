@@ -27,9 +27,10 @@ def test_a_stop_is_asked_for_and_any_key_but_y_is_no() -> None:
     assert "y: yes" in shown(screen)[-1]
     assert screen.press("n") is None
     assert shown(screen)[-1] == "not stopped"
-    screen.press("s")
-    assert screen.press("s") is None
-    assert screen.press("y") is None
+    for other in ("s", "unknown"):
+        screen.press("s")
+        assert screen.press(other) is None
+        assert screen.press("y") is None
     screen.press("s")
     assert screen.press("y") is ScreenAction.STOP
 

@@ -22,7 +22,7 @@ def test_a_topic_may_have_a_rate() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "tf", "=3", "/tf=", "/tf=0", "/tf=-1", "/tf=nan", "/tf=inf", "/tf=fast"]
+    "text", ["", "tf", "=3", "/tf=", "/tf=0", "/tf=-1", "/tf=nan", "/tf=inf", "/tf=1e-320", "/tf=fast"]
 )
 def test_other_texts_are_refused(text: str) -> None:
     with pytest.raises(TopicChoiceError, match=r"is no topic|is no rate"):
@@ -43,8 +43,9 @@ def test_a_topic_that_does_not_exist_is_refused() -> None:
     TopicChoice([ChosenTopic("/aeros/*"), ChosenTopic("/tf", 1.0)]).require_topics(known)
     with pytest.raises(TopicChoiceError, match="no topic is called `/aeros/lok`: did you mean `/aeros/log`"):
         TopicChoice([ChosenTopic("/tf"), ChosenTopic("/aeros/lok")]).require_topics(known)
-    with pytest.raises(TopicChoiceError, match="there are /aeros/log, /tf"):
-        TopicChoice([ChosenTopic("*nothing*")]).require_topics(known)
+    states = ["/aeros/state/holding", "/aeros/state/finger_gap"]
+    with pytest.raises(TopicChoiceError, match=r"there are /aeros/log, /aeros/state/\*, /tf$"):
+        TopicChoice([ChosenTopic("*nothing*")]).require_topics([*known, *states])
 
 
 def kept_times(path: Path, choice: TopicChoice, count: int) -> list[int]:
@@ -66,7 +67,7 @@ def kept_times(path: Path, choice: TopicChoice, count: int) -> list[int]:
 
 
 @examples(15)
-@given(st.sampled_from([0.5, 3.0, 10.0, 60.0, 240.0, 1000.0]), st.integers(1, 500))
+@given(st.sampled_from([1e-12, 0.5, 3.0, 10.0, 60.0, 240.0, 1000.0]), st.integers(1, 500))
 def test_no_more_is_kept_than_the_rate_and_the_first_is(
     tmp_path_factory: pytest.TempPathFactory, rate: float, count: int
 ) -> None:

@@ -55,15 +55,19 @@ def test_an_edit_changes_its_place_alone(
 ) -> None:
     assert TEXT.count(old) == 1
     assert edited(edit, *arguments) == TEXT.replace(old, new)
+    windows = TEXT.replace(old, new).replace("\n", "\r\n")
+    assert edited(edit, *arguments, text=TEXT.replace("\n", "\r\n")) == windows
 
 
-def test_an_item_is_inserted_before_another() -> None:
-    editor = ManifestEditor(Source("ecm.yaml", TEXT))
+@pytest.mark.parametrize("line_break", ["\n", "\r\n"])
+def test_an_item_is_inserted_before_another(line_break: str) -> None:
+    editor = ManifestEditor(Source("ecm.yaml", TEXT.replace("\n", line_break)))
     rules, rule = editor.node("list"), editor.node("list", 1)
     assert rule is not None
     fix = editor.insert_item(rules, rule, "{k: u}")
     assert fix is not None
-    assert editor.applied(fix) == TEXT.replace("  - k: w\n", "  - {k: u}\n  - k: w\n")
+    inserted = TEXT.replace("  - k: w\n", "  - {k: u}\n  - k: w\n")
+    assert editor.applied(fix) == inserted.replace("\n", line_break)
     inner = editor.node("a", "c", 0)
     assert inner is not None
     assert editor.insert_item(editor.node("a", "c"), inner, "z") is None  # a list on one line
