@@ -37,6 +37,22 @@ def read_source(path: str | os.PathLike[str]) -> Source:
         reason = problem.strerror if isinstance(problem, OSError) and problem.strerror else str(problem)
         headline = f"{quoted(shown)} cannot be read: {reason[:1].lower()}{reason[1:]}"
         raise UserError([Diagnostic("AE002", headline)]) from problem
+    return decoded_source(shown, data)
+
+
+def decoded_source(shown: str, data: bytes) -> Source:
+    """Decode the content of a text file.
+
+    Args:
+        shown: path of the file, as diagnostics show it.
+        data: its bytes.
+
+    Returns:
+        The text.
+
+    Raises:
+        UserError: it is not UTF-8, is larger than `MAX_BYTES`, or holds a character that a reader cannot see.
+    """
     if len(data) > MAX_BYTES:
         raise UserError([too_large_error(shown)])
     try:
