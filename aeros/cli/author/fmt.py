@@ -202,7 +202,14 @@ def _may_be_ours(path: Path) -> bool:
 
 
 def _formatted(path: Path, source: Source) -> _FormattedFile:
-    """Lay out a text."""
+    """Lay out a text.
+
+    Raises:
+        UserError: it is no YAML that AEROS reads.
+        LayoutRefusedError: its form has no layout.
+        InternalError: the layout would change what it says.
+        _ForeignFileError: it is of no format of AEROS.
+    """
     name = path if path.suffix in _SUFFIXES else path.with_name(f"{path.name}.yaml")
     format_ = format_of(name, source.text)
     if format_ is None:

@@ -89,6 +89,10 @@ class _Layout:
 
         Returns:
             The text.
+
+        Raises:
+            LayoutRefusedError: a key has no layout.
+            InternalError: something stands in the file where nothing can.
         """
         gap = read_gap(self._text, 0)
         if gap.end < root.span.start or flow.is_absent(root):
@@ -176,16 +180,20 @@ class _Layout:
                 self._write_value(item, indent, depth + 1, is_below_key=False)
 
     def _write_key(self, key: ScalarNode) -> None:
-        """Write a key and its colon; one that is written with `?` is written without it."""
+        """Write a key and its colon; one that is written with `?` is written without it.
+
+        Raises:
+            LayoutRefusedError: it is no short text on one line, or a comment is beside it.
+        """
         start, end = key.span.start, key.span.end
         is_explicit = self._at < start
         if "\n" in key.span.text or len(key.span.text) > _LONGEST_KEY:
             raise LayoutRefusedError(key.span, "a key is one short text on one line")
         gap = read_gap(self._text, end)
-        is_beside_comment = gap.has_comment or "#" in self._text[self._at : start]
+        has_comment = gap.has_comment or "#" in self._text[self._at : start]
         has_colon = self._text.startswith(":", gap.end) and self._text[gap.end + 1 : gap.end + 2].isspace()
         has_colon = has_colon or (self._text.startswith(":", gap.end) and gap.end + 1 == len(self._text))
-        if is_explicit and is_beside_comment:
+        if is_explicit and has_comment:
             raise LayoutRefusedError(key.span, "a comment is beside a key that is written with `?`")
         self._line += key.span.text + ":"
         self._at = gap.end + 1 if has_colon or not is_explicit else end

@@ -1,4 +1,4 @@
-"""Layout of texts over several lines: block texts (`|`, `>`), quoted and plain ones."""
+"""Layout of texts over several lines: block texts, quoted and plain ones."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def test_lines_that_stay_move_with_their_bracket() -> None:
     assert move_lines(kept, 0, 2) == ["[a, # b", "   c,", "", "  ]"]
 
 
-def test_what_does_not_fit_begins_the_next_line() -> None:
+def test_a_value_without_room_begins_the_next_line() -> None:
     half = "x" * (WIDTH // 2)
     assert lay_out(collection(f"[{half}, {half}]"), 0, 1, "") == [f"[{half},", f" {half}]"]
     assert lay_out(collection(f"[a, b, {{c: {half}, d: {half}}}, e]"), 0, 1, "") == [
@@ -87,7 +87,7 @@ def test_one_text_that_is_too_long_stays_behind_its_bracket() -> None:
     assert lay_out(collection(f"[{long}, a]"), 0, 1, "") == [f"[{long},", " a]"]
 
 
-def test_block_collections_and_absent_values_are_told_from_others() -> None:
+def test_block_collections_and_absent_values_are_recognised() -> None:
     assert is_in_brackets(collection("{}"))
     assert not is_in_brackets(collection("\n  - a"))
     root = accepted("a:\nb: ''\n")

@@ -9,7 +9,7 @@ def test_a_gap_within_a_line_holds_nothing() -> None:
     assert read_gap("a:  b", 2) == Gap("", (), 4, breaks_line=False)
 
 
-def test_a_comment_behind_a_value_is_told_from_those_below() -> None:
+def test_a_comment_behind_a_value_is_apart_from_those_below() -> None:
     text = "a: # one \n\n  #two\nb"
     gap = read_gap(text, 2)
     assert gap == Gap("# one", (GapLine("", 0), GapLine("#two", 2)), text.index("b"), breaks_line=True)

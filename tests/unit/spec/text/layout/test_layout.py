@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.diagnostics.errors import InternalError, UserError
-from aeros.spec.text.layout import LayoutRefusedError, layout
+from aeros.spec.text.layout import LayoutRefusedError, flow
 from tests.unit.spec.text.layout.laying_out import check_laws, laid_out
 
 _DATA = Path(__file__).parent / "data"
@@ -65,13 +65,13 @@ def test_a_key_that_cannot_stand_before_a_colon_is_refused(text: str, place: str
 
 
 @pytest.mark.parametrize("text", ["a: [\n", "a: &b c\n", "a: 1\n---\nb: 2\n", "a: 1\na: 2\n", ""])
-def test_what_the_reader_refuses_has_its_diagnostic(text: str) -> None:
+def test_a_text_that_the_reader_refuses_has_its_diagnostic(text: str) -> None:
     with pytest.raises(UserError) as refused:
         laid_out(text)
     assert refused.value.diagnostics
 
 
 def test_a_layout_that_says_something_else_is_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(layout.flow, "on_one_line", lambda _: "{}")
+    monkeypatch.setattr(flow, "on_one_line", lambda _: "{}")
     with pytest.raises(InternalError, match="would change what it says"):
         laid_out("a: {b: c}\n")

@@ -62,7 +62,7 @@ def _sequence(random: Random, indent: int, depth: int, first: str = "") -> str:
 
 
 def _value(random: Random, indent: int, depth: int, *, is_item: bool) -> str:
-    """What follows a colon or a dash, with the end of the last line."""
+    """A value after a colon or a dash, with the end of its last line."""
     kinds = ["word", "flow", "absent", "text", "block text"] + ["mapping", "sequence"] * (2 if depth else 0)
     kind = random.choice(kinds)
     inner = indent + random.choice((1, 2, 2, 4))
