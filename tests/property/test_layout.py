@@ -50,8 +50,9 @@ def test_the_laws_hold_for_parts_of_files_with_changes_at_any_place(data: st.Dat
 
 
 @pytest.mark.parametrize("path", _SHIPPED, ids=lambda path: str(path.relative_to(_ROOT)))
-def test_a_file_has_one_layout_however_it_is_indented(path: Path) -> None:
-    text = laid_out(path.read_text(encoding="utf-8"))
+def test_a_shipped_file_has_the_one_layout_however_it_was_indented(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert laid_out(text) == text, "run `aeros fmt` on it"
     assert check_laws(text)
     other = spread(text)
     assert other != text
