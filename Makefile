@@ -51,8 +51,8 @@ deep: $(VENV)/.installed-test ## every test, with 25 times the examples: an hour
 	@AEROS_HYPOTHESIS=nightly $(PYTEST)
 
 format: $(VENV)/.installed-test
-	@echo '== ruff format --check'
-	@$(BIN)/ruff format --quiet --diff .
+	@echo '== ruff format --check, aeros fmt --diff'
+	@$(BIN)/ruff format --quiet --diff . && $(BIN)/aeros fmt --quiet --diff $(wildcard aeros docs ecms experiments learned services)
 
 lint: $(VENV)/.installed-test
 	@echo '== ruff check, codespell'

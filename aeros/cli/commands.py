@@ -38,6 +38,7 @@ GROUPS: Final[dict[str, CommandGroup]] = {
                 "create a module, a site, checks in CI or a whole project from a template",
             ),
             "verify": CommandEntry("author.verify", "prove modules safe under a site's policy"),
+            "fmt": CommandEntry("author.fmt", "write manifests, sites and scenes in one layout"),
             "explain": CommandEntry("author.explain", "explain a diagnostic code"),
             "test": CommandEntry(
                 "author.site_tests.command", "compare decisions and verdicts with those that tests expect"

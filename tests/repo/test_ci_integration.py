@@ -62,8 +62,8 @@ def repository(tmp_path: Path) -> Path:
     return folder
 
 
-def _hook() -> dict[str, Any]:
-    (hook,) = _HOOKS
+def _hook(name: str = "aeros-verify") -> dict[str, Any]:
+    (hook,) = [one for one in _HOOKS if one["id"] == name]
     assert isinstance(hook, dict)
     return hook
 
@@ -97,6 +97,22 @@ def test_the_hook_by_default_verifies_every_module_under_the_reference_site(tmp_
     done = _hooked(tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "make_dumplings  proved" in done.stdout
+
+
+def test_the_hook_of_layouts_writes_files_of_aeros_alone(repository: Path) -> None:
+    hook, other = _hook("aeros-fmt"), repository / "workflow.yaml"
+    other.write_text("on:   push\n")
+    site = (repository / "cell.yaml").read_text()
+    (repository / "cell.yaml").write_text(site.replace(": ", ":   "))
+    assert hook["pass_filenames"] is False
+    done = _run(repository, *shlex.split(hook["entry"]), *hook["args"])
+    assert (done.returncode, "formatted cell.yaml" in done.stdout) == (0, True)
+    assert other.read_text() == "on:   push\n"
+    assert [bool(re.search(hook["files"], path)) for path in ("a.yaml", "b.yml", "c.py")] == [
+        True,
+        True,
+        False,
+    ]
 
 
 @pytest.mark.parametrize(
@@ -222,7 +238,8 @@ def test_the_action_is_well_formed() -> None:
 
 def test_the_page_names_inputs_and_hooks_that_exist() -> None:
     page = text_of("docs/ci.md")
-    assert f"- id: {_hook()['id']}\n" in page
-    assert f"default: [{', '.join(_hook()['args'])}]" in page
+    for hook in _HOOKS:
+        assert f"- id: {hook['id']}\n" in page
+        assert f"default: [{', '.join(hook['args'])}]" in page
     for name in _ACTION["inputs"]:
         assert f"{name}:" in page

@@ -7,7 +7,6 @@ new.  A repair that becomes possible by another one is found in the next round.
 
 from __future__ import annotations
 
-import difflib
 import os
 import shutil
 from collections import Counter
@@ -16,7 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from aeros.files import make_folder, replace_durably, temporary_folder
+from aeros.cli.file_changes import replace_text, unified_diff
+from aeros.files import make_folder, temporary_folder
 from aeros.spec.diagnostics.codes import Diagnostic, Fix, Severity
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.text.discovery import MANIFEST
@@ -51,11 +51,7 @@ class RepairedManifest:
         Returns:
             Text that `patch -p0` and `git apply -p0` read.
         """
-        name = escape_invisible(str(self.path))
-        before, after = (text.splitlines(keepends=True) for text in (self.before, self.after))
-        lines = difflib.unified_diff(before, after, name, name)
-        ending = "\n\\ No newline at end of file\n"
-        return "".join(line if line.endswith("\n") else line + ending for line in lines)
+        return unified_diff(self.before, self.after, escape_invisible(str(self.path)))
 
     def write(self) -> None:
         """Replace the manifest by the repaired text; its mode stays, and so does a link to it.
@@ -63,12 +59,7 @@ class RepairedManifest:
         Raises:
             OSError: the file cannot be written, or was changed since it was verified.
         """
-        target = self.path.resolve()
-        mode = target.stat().st_mode
-        if target.read_bytes() != self.before.encode():
-            raise OSError(0, "the file was changed while its repair was proved")
-        replace_durably(target, self.after.encode(), is_private=False)
-        target.chmod(mode)
+        replace_text(self.path, self.before, self.after)
 
 
 def find_proved_repairs(report: Report, verify: Verify) -> tuple[RepairedManifest, ...]:

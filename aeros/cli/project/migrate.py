@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 import json
 import os
 import stat
@@ -17,11 +16,10 @@ from typing import TYPE_CHECKING, Any, Final
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import undisturbed
 from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.file_changes import is_pinned, replace_text, unified_diff
 from aeros.exit_codes import Exit
-from aeros.files import replace_durably
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.render import escape_invisible
-from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import UnmigratableError
 from aeros.spec.migrations.rewriting import Rewritten, format_of, has_known_name, rewrite
 
@@ -46,8 +44,6 @@ _PINNED: Final = (
     "it is old, and the registry keeps it under its digest; "
     "migrate the original, and install the module or put the policy in force again"
 )
-_REGISTRY: Final = formats.REGISTRY.files[0]
-_KEPT: Final = ("modules", "policies")  # the folders in which a registry has copies
 _MOST_BYTES: Final = 1 << 30
 _CERTIFIED: Final = ("ecm", "site")
 _SKIPPED: Final = frozenset({"__pycache__", "node_modules"})
@@ -135,10 +131,10 @@ def _migrated(path: Path, *, is_named: bool, is_dry: bool) -> _File | None:
             if format_ is None:
                 return _File(path, None, "it is of no format that AEROS migrates") if is_named else None
             rewritten = rewrite(path, text, format_)
-            if rewritten.is_changed and _is_pinned(path):
+            if rewritten.is_changed and is_pinned(path):
                 return _File(path, None, _PINNED)
             if rewritten.is_changed and not is_dry:
-                _replace(path, (mark + rewritten.text).encode())
+                replace_text(path, mark + text, mark + rewritten.text)
             return _File(path, rewritten, before=text)
     except UnicodeDecodeError:
         return _File(path, None, "it is not UTF-8 text") if is_named else None
@@ -148,15 +144,6 @@ def _migrated(path: Path, *, is_named: bool, is_dry: bool) -> _File | None:
         return _File(path, None, "; ".join(_error_lines(error)))
     except OSError as error:
         return _File(path, None, str(error.strerror or error))
-
-
-def _is_pinned(path: Path) -> bool:
-    """Check if a registry keeps the file under its digest."""
-    real = path.resolve()
-    return any(
-        (folder / _REGISTRY).exists() and real.relative_to(folder).parts[0] in _KEPT
-        for folder in real.parents
-    )
 
 
 def _read(path: Path) -> bytes:
@@ -169,14 +156,6 @@ def _read(path: Path) -> bytes:
     return content
 
 
-def _replace(path: Path, content: bytes) -> None:
-    """Replace a file atomically; keep its mode, and keep links to it."""
-    target = path.resolve()
-    mode = stat.S_IMODE(target.stat().st_mode)
-    replace_durably(target, content, is_private=False)
-    target.chmod(mode)
-
-
 def _error_lines(error: UserError) -> Iterator[str]:
     for one in error.diagnostics:
         yield f"{one.code}: {one.headline}" + (f" ({one.primary.span})" if one.primary is not None else "")
@@ -185,12 +164,7 @@ def _error_lines(error: UserError) -> Iterator[str]:
 def _diff(found: _File) -> str:
     if found.rewritten is None or not found.rewritten.is_changed:
         return ""
-    before = found.before.splitlines(keepends=True)
-    after = found.rewritten.text.splitlines(keepends=True)
-    lines = difflib.unified_diff(before, after, str(found.path), f"{found.path} (migrated)")
-    return "".join(
-        line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines
-    )
+    return unified_diff(found.before, found.rewritten.text, str(found.path), f"{found.path} (migrated)")
 
 
 def _print_text(done: list[tuple[_File, str]], *, is_dry: bool) -> None:

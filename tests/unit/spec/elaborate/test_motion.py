@@ -143,7 +143,10 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
             ("back_off: back_off", "back_off: wait"),
             "error[AE112] wrong-length: `wait` backs off, so it has no parameters and is not protective",
         ),
-        (("slide: {peak", "glide: {peak"), "error[AE122] unknown-reference: `glide` is not an action kind"),
+        (
+            ("slide:\n      {peak", "glide:\n      {peak"),
+            "error[AE122] unknown-reference: `glide` is not an action kind",
+        ),
         (
             ("tool_ends_at: target", "tool_ends_at: goal"),
             "error[AE122] unknown-reference: `goal` is not a parameter of `move_tool`",
