@@ -44,12 +44,11 @@ from aeros.spec.verification.claim_summary import (
 from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
 from aeros.spec.verification.explain import explain_findings
 from aeros.spec.verification.repairs.module_repair import (
-    FailedClaim,
     Judge,
     ModuleVerdicts,
     find_module_repairs,
 )
-from aeros.spec.verification.repairs.repair import Repair, advice
+from aeros.spec.verification.repairs.repair import FailedClaim, Repair, advice
 from aeros.spec.verification.reports import (
     ModuleFindings,
     SubjectReport,
