@@ -65,8 +65,8 @@ def code_files(folder: str | Path) -> dict[str, bytes]:
 
     Raises:
         OSError: a file cannot be read, is no regular file (a link may lead anywhere, a device may never end),
-            or is larger than `MAX_FILE`, or all are larger than `MAX_CODE`; or more than `MAX_FOLDERS` folders
-            are inside each other.
+            or is larger than `MAX_FILE`, or all are larger than `MAX_CODE`, or more than `MAX_FOLDERS`
+            folders are inside each other.
     """
     files: dict[str, bytes] = {}
     size = 0
