@@ -1,4 +1,4 @@
-"""Which run a command is about: the one that is named, the newest, or the latest of an agent's folder."""
+"""The run that a command is about: the named one, the newest, or the latest of an agent's folder."""
 
 from __future__ import annotations
 

@@ -83,9 +83,10 @@ def code_files(folder: str | Path) -> dict[str, bytes]:
 
 
 def _python_files(root: str) -> Iterator[str]:
-    """Yield all names `*.py` below `root`, relative to it; raise OSError for a folder that cannot be read.
+    """Yield all names `*.py` below `root`, relative to it.
 
-    It also raises OSError if more than `MAX_FOLDERS` folders are inside each other.
+    Raises:
+        OSError: a folder cannot be read, or more than `MAX_FOLDERS` folders are inside each other.
     """
     if not os.path.isdir(root):
         return
