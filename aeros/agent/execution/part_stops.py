@@ -267,11 +267,13 @@ def worse_failure(first: PlanFailure | None, second: PlanFailure | None) -> Plan
         second: failure of the branch that ended last; None if it succeeded.
 
     Returns:
-        The first failure, unless it is that of a stop and the second is one that no plan provides for.
+        The first failure, unless the second ends the run, or the first is that of a stop and the second is
+        one that no plan provides for.
     """
     if first is None or second is None:
         return second if first is None else first
-    return second if first.is_stop and not (second.is_declared or second.is_stop) else first
+    is_unprovided = first.is_stop and not (second.is_declared or second.is_stop)
+    return second if is_unprovided or (second.is_final and not first.is_final) else first
 
 
 class PartStops:

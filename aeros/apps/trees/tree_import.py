@@ -244,12 +244,23 @@ class _Importer:
         found = reactive_form(node, [self._leaves.condition(one) for one in node.children])
         if isinstance(found, str):
             return self._refuse_with_children(node, place, found)
+        number = len(self.reports)
         self._report(node, "", found.note)
         for one in (one for child in node.children if child is not found.child for one in _within(child)):
             self._report(one, "", "part of the condition")
         inside = replace(place, goes_on=True) if found.goes_on else place
         part = self.part(found.child, inside)
-        return None if part is None else found.part(part, stops=not inside.goes_on)
+        if part is None or (found.guard and self._refuses_idle(node, part, number)):
+            return None
+        return found.part(part, stops=not inside.goes_on)
+
+    def _refuses_idle(self, node: TreeNode, part: PartForm, number: int) -> bool:
+        """Refuse a node with nothing to stop, in place of its report with this number; return True then."""
+        if _has_step(part):
+            return False
+        self.refuse(node, "no action is in it, so nothing of it can be stopped; write its conditions alone")
+        self.reports[number] = self.reports.pop()
+        return True
 
     def _timed(self, node: TreeNode, place: _Place) -> PartForm | None:
         time = node.attributes.get("msec", "")
@@ -259,9 +270,10 @@ class _Importer:
         if self._leaves.condition(node.children[0]) is not None:
             reason = "its child is a condition, which takes no time; remove the time-out"
             return self._refuse_with_children(node, place, reason)
+        number = len(self.reports)
         self._report(node, "", f"timeout: {int(time)} ms")
         part = self.part(node.children[0], place)
-        if part is None:
+        if part is None or self._refuses_idle(node, part, number):
             return None
         return {"timeout": f"{int(time)} ms", "part": part} | (
             {} if place.goes_on else {"on_failure": "stop"}

@@ -87,8 +87,8 @@ def read_remembered_prefix(file: BinaryIO, path: Path, check: ResumableCheck) ->
     hashed = _HashedLines(file, hasher)
     prefix = read_prefix(cast(BinaryIO, hashed), check, begin)
     if prefix.problem is None:
+        _REMEMBERED.pop(key, None)  # so that it comes last; another thread may have forgotten it
         _REMEMBERED[key] = _Remembered(prefix, hasher.digest(), check.copy())
-        _REMEMBERED.move_to_end(key)
         if len(_REMEMBERED) > _MAX_LOGS:
             _REMEMBERED.popitem(last=False)
     return prefix

@@ -16,6 +16,7 @@ from typing import Final
 from aeros.runtime.registry.bundle_store import MAX_MODULE
 from aeros.spec.diagnostics.codes import Diagnostic, quoted
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.text.digests import MAX_FOLDERS
 
 MAX_FILES: Final = 10_000
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)  # the earliest that the format has
@@ -105,6 +106,8 @@ def _archive_problem(entries: list[zipfile.ZipInfo]) -> str | None:
         parts = PurePosixPath(entry.filename).parts
         if "\\" in entry.filename or not parts or parts[0] == "/" or ".." in parts:
             return f"{quoted(entry.filename)} is outside the module's folder"
+        if len(parts) > MAX_FOLDERS + 1:
+            return f"a module has at most {MAX_FOLDERS} folders inside each other"
         if entry.external_attr >> 28 not in (0, 0o10):  # no mode, or a regular file
             return f"{quoted(entry.filename)} is not a regular file"
     if len({str(PurePosixPath(name)) for name in names}) != len(names):

@@ -16,7 +16,7 @@ from typing import Final
 from aeros.files import make_folder, sync_folder, write_durably
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.text.digests import code_digest
+from aeros.spec.text.digests import MAX_FOLDERS, code_digest
 from aeros.spec.text.files import hidden_path_error
 
 MAX_MODULE: Final = 256 * 1024 * 1024
@@ -36,7 +36,7 @@ def module_files(folder: Path) -> dict[str, bytes]:
 
     Raises:
         UserError: there is a link or a device, a name holds a character that a reader cannot see, a file
-            cannot be read, or there are too many bytes.
+            cannot be read, there are too many bytes, or too many folders are inside each other.
     """
     files: dict[str, bytes] = {}
     total = 0
@@ -61,6 +61,9 @@ def _entries(folder: str | Path, below: str = "") -> Iterator[tuple[str, os.DirE
     """Yield all of a module that is no folder, sorted; `Path.rglob` takes four times as long."""
     if not below and not os.path.isdir(folder):
         return
+    if below.count("/") > MAX_FOLDERS:
+        why = f"a module has at most {MAX_FOLDERS} folders inside each other"
+        raise _unreadable(Path(folder).parents[MAX_FOLDERS], why)
     with os.scandir(folder) as listed:
         entries = sorted(listed, key=lambda one: one.name)
     for entry in entries:

@@ -19,6 +19,8 @@ from aeros.runtime.proving import ProveConfiguration
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.text.digests import code_digest, code_files, text_digest
+from aeros.spec.text.discovery import MANIFEST
+from aeros.spec.text.files import read_source
 from aeros.spec.text.site_layers import read_site
 from aeros.spec.verification.reports import Report
 
@@ -91,6 +93,8 @@ class ProofMemory:
 def _premises(modules: ModuleSet) -> Hashable:
     """Return the digests of everything that a proof depends on; None if a file cannot be read."""
     try:
+        # The manifests again, as a file may have changed since its bundle was read.
+        manifests = [text_digest(read_source(folder / MANIFEST).text) for folder in modules.bundles]
         # A bundle has no hidden files and no caches, and code in these counts for a proof.
         code = [code_digest(code_files(folder)) for folder in modules.bundles]
         site = text_digest(read_site(modules.site).text)
@@ -98,4 +102,4 @@ def _premises(modules: ModuleSet) -> Hashable:
         return None
     settings = hash(modules.settings)
     active = frozenset(modules.active)
-    return tuple(modules.bundles.items()), tuple(code), modules.site, site, settings, active
+    return tuple(modules.bundles.items()), tuple(manifests), tuple(code), modules.site, site, settings, active

@@ -23,6 +23,9 @@ MAX_CODE: Final = 1024 * 1024
 MAX_MODELS: Final = 4 * 1024**3
 """Bytes of all models of a module at most: they are hashed each time the module is read."""
 
+MAX_FOLDERS: Final = 50
+"""Folders inside each other that a module has at most: thousands of them exhaust Python's stack."""
+
 _CODE_FORMAT: Final = b"aeros/code/1\n"
 """Hashed first, so a code digest is never the digest of anything else."""
 
@@ -62,7 +65,8 @@ def code_files(folder: str | Path) -> dict[str, bytes]:
 
     Raises:
         OSError: a file cannot be read, is no regular file (a link may lead anywhere, a device may never end),
-            or is larger than `MAX_FILE`, or all are larger than `MAX_CODE`.
+            or is larger than `MAX_FILE`, or all are larger than `MAX_CODE`, or more than `MAX_FOLDERS`
+            folders are inside each other.
     """
     files: dict[str, bytes] = {}
     size = 0
@@ -79,11 +83,17 @@ def code_files(folder: str | Path) -> dict[str, bytes]:
 
 
 def _python_files(root: str) -> Iterator[str]:
-    """Yield all names `*.py` below `root`, relative to it; raise OSError for a folder that cannot be read."""
+    """Yield all names `*.py` below `root`, relative to it.
+
+    Raises:
+        OSError: a folder cannot be read, or more than `MAX_FOLDERS` folders are inside each other.
+    """
     if not os.path.isdir(root):
         return
     for here, folders, files in os.walk(root, onerror=_raise):
         below = os.path.relpath(here, root).replace(os.sep, "/") + "/" if here != root else ""
+        if below.count("/") > MAX_FOLDERS:
+            raise OSError(errno.ENAMETOOLONG, f"a module has at most {MAX_FOLDERS} folders inside each other")
         yield from (f"{below}{name}" for name in (*folders, *files) if name.endswith(".py"))
 
 

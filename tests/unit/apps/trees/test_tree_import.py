@@ -105,6 +105,14 @@ def test_a_node_becomes_a_part(body: str, part: dict[str, Any]) -> None:
         (f'<Timeout msec="{{t}}">{A}</Timeout>', "`msec` is {t}; a composition needs a number"),
         (f"<Timeout>{A}</Timeout>", "`msec` is missing"),
         (f'<Sequence>{A}<Timeout msec="5">{C}</Timeout></Sequence>', "its child is a condition, which takes"),
+        (
+            f"<Sequence>{A}\n<ReactiveSequence>{C}<ForceSuccess>{C}</ForceSuccess></ReactiveSequence></Sequence>",
+            "4: ReactiveSequence: no action is in it",
+        ),
+        (
+            f'<Sequence>{A}\n<Timeout msec="5"><ForceSuccess>{C}</ForceSuccess></Timeout></Sequence>',
+            "4: Timeout: no action is in it",
+        ),
         (f"<Sequence _while='x'>{A}</Sequence>", "3: Sequence: `_while` is a script"),
         (f"<Sequence>\n{A}<Script code='x:=1'/></Sequence>", "4: Script: scripts change a blackboard"),
         (f"<Sequence>{A}\n<MoveTo/></Sequence>", "4: MoveTo: no file declares it; bind it by --action"),

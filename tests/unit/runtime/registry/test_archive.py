@@ -65,6 +65,8 @@ def link(name: str) -> zipfile.ZipInfo:
         ([("a", b"1"), ("./a", b"2")], "is in it twice"),
         ([(f"f{n}", b"") for n in range(10_001)], "at most 10,000 files"),
         ([("a", b""), ("a/b", b"")], "cannot be unpacked"),
+        ([("a/" * 51 + "b", b"")], "at most 50 folders inside each other"),
+        ([("a/" * 2000 + "b", b"")], "at most 50 folders inside each other"),
     ],
 )
 def test_a_malformed_archive_is_refused_and_nothing_is_written_outside(

@@ -82,6 +82,16 @@ def test_a_module_has_a_greatest_size(tmp_path: Path, monkeypatch: pytest.Monkey
     assert "a module has at most" in _refusal(folder)
 
 
+def test_folders_are_nested_only_so_deep(tmp_path: Path) -> None:
+    deepest = tmp_path / Path(*["a"] * 50)
+    deepest.mkdir(parents=True)
+    (deepest / "b").touch()
+    assert [*module_files(tmp_path)] == ["a/" * 50 + "b"]
+    (deepest / "a").mkdir()
+    why = "a module has at most 50 folders inside each other"
+    assert _refusal(tmp_path) == f"`{tmp_path}` cannot be stored: {why}"
+
+
 def test_a_great_file_is_refused_in_mebibytes_and_not_read(tmp_path: Path) -> None:
     with (tmp_path / "weights.bin").open("wb") as sparse:
         sparse.truncate(MAX_MODULE + 1)

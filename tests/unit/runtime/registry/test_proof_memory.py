@@ -114,14 +114,39 @@ def test_a_refusal_is_not_remembered(folder: Path, site: Path) -> None:
     assert prover.calls == 2
 
 
-def test_files_that_change_while_they_are_proved_are_not_remembered(folder: Path, site: Path) -> None:
-    def change(paths: list[Path]) -> None:
-        (paths[0] / f"more{prover.calls}.py").write_text("x = 1\n")
+def _add_code(folder: Path) -> None:
+    (folder / "more.py").write_text("x = 1\n")
 
-    memory = _memory(prover := _CountingProver(change))
+
+def _alter_manifest(folder: Path) -> None:
+    manifest = folder / "ecm.yaml"
+    manifest.write_text(manifest.read_text() + "# altered\n")
+
+
+@pytest.mark.parametrize("alter", [_add_code, _alter_manifest])
+def test_files_that_change_while_they_are_proved_are_not_remembered(
+    folder: Path, site: Path, tmp_path: Path, alter: Callable[[Path], None]
+) -> None:
+    shutil.copytree(folder, tmp_path / "kept")
+    memory = _memory(prover := _CountingProver(lambda paths: alter(paths[0])))
     modules = _set(folder, site)
     memory.prove(modules)
-    (folder / "more1.py").unlink()
+    shutil.rmtree(folder)
+    shutil.copytree(tmp_path / "kept", folder)
+    memory.prove(modules)
+    assert prover.calls == 2
+
+
+def test_files_that_changed_since_their_bundle_was_read_are_not_remembered_as_it(
+    folder: Path, site: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(folder, tmp_path / "kept")
+    memory = _memory(prover := _CountingProver())
+    modules = _set(folder, site)
+    _alter_manifest(folder)
+    memory.prove(modules)
+    shutil.rmtree(folder)
+    shutil.copytree(tmp_path / "kept", folder)
     memory.prove(modules)
     assert prover.calls == 2
 

@@ -31,6 +31,16 @@ def test_only_python_files_are_code(tmp_path: Path) -> None:
     assert list(code_files(tmp_path)) == ["a.py", "b.py", "below/c.py"]
 
 
+def test_code_is_not_looked_for_in_endless_folders(tmp_path: Path) -> None:
+    deepest = tmp_path / Path(*["a"] * 50)
+    deepest.mkdir(parents=True)
+    (deepest / "b.py").touch()
+    assert [*code_files(tmp_path)] == ["a/" * 50 + "b.py"]
+    (deepest / "a").mkdir()
+    with pytest.raises(OSError, match="at most 50 folders inside each other"):
+        code_files(tmp_path)
+
+
 def test_irregular_and_too_large_files_are_not_read(tmp_path: Path) -> None:
     (tmp_path / "folder.py").mkdir()
     with pytest.raises(OSError, match=r"`folder.py` is not a regular file"):
