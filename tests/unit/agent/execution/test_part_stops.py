@@ -239,7 +239,8 @@ def test_of_parallel_failures_one_that_no_plan_provides_for_decides() -> None:
     final = PlanFailure("final", is_final=True)
     assert worse_failure(declared, final) is final
     assert worse_failure(final, declared) is final
-    assert worse_failure(PlanFailure("first", is_final=True), final).reason == "first"
+    first = PlanFailure("first", is_final=True)
+    assert worse_failure(first, final) is first
 
 
 def test_a_scope_yields_the_steps_and_deadlines_inside_it() -> None:
