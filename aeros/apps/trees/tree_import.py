@@ -117,11 +117,10 @@ class _Place:
     depth: int = 0
 
 
-class _Importer:
-    def __init__(self, library: TreeLibrary, settings: ImportSettings) -> None:
-        self._library = library
-        self._leaves = LeafBinder(library, settings)
-        self._is_full = False
+class _NodeReports:
+    """Reports on nodes, in the order in which the import comes to them."""
+
+    def __init__(self) -> None:
         self.reports: list[NodeReport] = []
 
     def refuse(self, node: TreeNode, reason: str) -> None:
@@ -131,6 +130,22 @@ class _Importer:
         name = node.attributes.get("ID") or node.attributes.get("name") or ""
         shown = f"{node.tag} `{name}`" if name else node.tag
         self.reports.append(NodeReport(node.path, node.line, shown, reason, note))
+
+    def _refuses_idle(self, node: TreeNode, part: PartForm, number: int) -> bool:
+        """Refuse a node with nothing to stop, in place of its report with this number; return True then."""
+        if _has_step(part):
+            return False
+        self.refuse(node, "no action is in it, so nothing of it can be stopped; write its conditions alone")
+        self.reports[number] = self.reports.pop()
+        return True
+
+
+class _Importer(_NodeReports):
+    def __init__(self, library: TreeLibrary, settings: ImportSettings) -> None:
+        super().__init__()
+        self._library = library
+        self._leaves = LeafBinder(library, settings)
+        self._is_full = False
 
     def part(self, node: TreeNode, place: _Place) -> PartForm | None:
         """Import a node with everything inside it; None after a refusal."""
@@ -253,14 +268,6 @@ class _Importer:
         if part is None or (found.guard and self._refuses_idle(node, part, number)):
             return None
         return found.part(part, stops=not inside.goes_on)
-
-    def _refuses_idle(self, node: TreeNode, part: PartForm, number: int) -> bool:
-        """Refuse a node with nothing to stop, in place of its report with this number; return True then."""
-        if _has_step(part):
-            return False
-        self.refuse(node, "no action is in it, so nothing of it can be stopped; write its conditions alone")
-        self.reports[number] = self.reports.pop()
-        return True
 
     def _timed(self, node: TreeNode, place: _Place) -> PartForm | None:
         time = node.attributes.get("msec", "")

@@ -45,13 +45,16 @@ def test_a_composition_is_printed_and_every_node_is_reported(
 
 
 def test_a_refused_node_is_reported_and_nothing_is_written(
-    tree: Path, capsys: pytest.CaptureFixture[str]
+    tree: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    tree.write_text(TREE.replace("Fallback>", "ReactiveFallback>"))
-    assert main(["import", "bt", str(tree), "--into", str(MODULE)]) == Exit.REJECTED
+    module = tmp_path / "module"
+    shutil.copytree(MODULE, module)
+    tree.write_text(TREE.replace("Fallback>", "ReactiveFallback>").replace("Condition ID", "Action ID"))
+    assert main(["import", "bt", str(tree), "--into", str(module)]) == Exit.REJECTED
     shown = capsys.readouterr()
     assert shown.out == ""
-    assert f"{tree}:3: ReactiveFallback refused: it decides its children again" in shown.err
+    assert f"{tree}:3: ReactiveFallback refused: " in shown.err
+    assert (module / "ecm.yaml").read_bytes() == (MODULE / "ecm.yaml").read_bytes()
     assert main(["import", "bt", str(tree), "--format", "json"]) == Exit.REJECTED
     report = json.loads(capsys.readouterr().out)
     assert (report["imported"], report["do"], report["nodes"][0]["line"]) == (False, None, 3)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import pytest
 
@@ -41,6 +41,20 @@ def test_a_checkpoint_of_version_2_gets_the_report_that_it_lacks() -> None:
     assert not rewrite(path, new.text, formats.CHECKPOINT).is_changed
 
 
+_NEWER: Final = {"is_stop", "part_starts"}
+"""Fields that have a default, so that a checkpoint without them is read as it is."""
+
+
+def _body(content: bytes) -> Any:
+    return json.loads(json.loads(content)["body"])
+
+
+def _without_newer(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_newer(one) for key, one in value.items() if key not in _NEWER}
+    return [_without_newer(one) for one in value] if isinstance(value, list) else value
+
+
 @pytest.mark.parametrize("name", ["checkpoint.json", "final.json"])
 def test_a_checkpoint_of_version_3_is_read_and_written_by_its_new_names(name: str) -> None:
     path = STATE_OF_CHECKPOINT_3 / name
@@ -48,7 +62,8 @@ def test_a_checkpoint_of_version_3_is_read_and_written_by_its_new_names(name: st
     assert (new.version, len(new.changes)) == (3, 6)
     content = new.text.encode()
     # A name that is not renamed cannot be decoded, and one that is lost is not encoded again.
-    assert encode_checkpoint(decode_checkpoint(content, path)) == content
+    again = encode_checkpoint(decode_checkpoint(content, path))
+    assert _without_newer(_body(again)) == _body(content)
     assert not rewrite(path, new.text, formats.CHECKPOINT).is_changed
 
 
