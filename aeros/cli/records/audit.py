@@ -214,7 +214,9 @@ def _verify(arguments: argparse.Namespace) -> Exit:
         return Exit.REJECTED
     unnoticed = _undetectable_changes(chain, signed, anchors=len(anchors))
     if arguments.format == "json":
-        print(json.dumps(_verification_json(chain, signed, unnoticed), indent=2))
+        print(
+            json.dumps({"log": str(arguments.log), **_verification_json(chain, signed, unnoticed)}, indent=2)
+        )
     else:
         print("\n".join(_format_verification(chain, signed, checkpoints, unnoticed)))
     return Exit.SUCCESS if chain.is_sound else Exit.REJECTED

@@ -65,7 +65,7 @@ class Keyboard:
         data = os.read(self._source, _READ)
         if not data:
             self._source = None  # The terminal is gone.
-        return parse_keys(data)
+        return pressed_alone(parse_keys(data))
 
 
 def parse_keys(data: bytes) -> list[str]:
@@ -91,6 +91,18 @@ def parse_keys(data: bytes) -> list[str]:
     return keys
 
 
+def pressed_alone(keys: list[str]) -> list[str]:
+    """Take different characters that came at once for pasted text, which commands nothing.
+
+    Args:
+        keys: keys that came at once.
+
+    Returns:
+        The keys, or `unknown` alone.
+    """
+    return ["unknown"] if len({one for one in keys if len(one) == 1}) > 1 else keys
+
+
 def _sequence_end(data: bytes, start: int) -> int:
     """Return where an escape sequence ends: CSI sequences with a byte from @ to ~, others after one byte."""
     if data[start + 1 : start + 2] == b"[":
@@ -99,6 +111,13 @@ def _sequence_end(data: bytes, start: int) -> int:
                 return place + 1
         return len(data)
     return min(len(data), start + (3 if data[start + 1 : start + 2] == b"O" else 2))
+
+
+def _ignore_suspend(source: int) -> None:
+    """Let Ctrl-Z be a key, as the shell would get the terminal back in the view's mode."""
+    modes = termios.tcgetattr(source)
+    modes[6][termios.VSUSP] = bytes([os.fpathconf(source, "PC_VDISABLE") & 0xFF])
+    termios.tcsetattr(source, termios.TCSANOW, modes)
 
 
 @contextmanager
@@ -117,6 +136,7 @@ def open_keyboard() -> Iterator[Keyboard]:
     try:
         if source is not None:
             tty.setcbreak(source, termios.TCSANOW)
+            _ignore_suspend(source)
         yield Keyboard(source, reader)
     finally:
         if source is not None and modes is not None:

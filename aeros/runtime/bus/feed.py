@@ -24,6 +24,9 @@ _MAX_STATES: Final = 1_000
 _MAX_RECORDS: Final = 10_000
 """Limit on the queue for records."""
 
+_MAX_PICTURES: Final = 8
+"""Limit on pictures that wait to be published: one of 640 × 480 pixels with depths takes about 1 MB."""
+
 _POLL_INTERVAL_S: Final = 0.001  # s, while waiting for room
 
 _CLOSE_TIMEOUT_S: Final = 5.0  # s, to publish what is in the queue
@@ -61,6 +64,7 @@ class BusFeed:
         self.trouble: str | None = None
         self._publisher = MessagePublisher(bus, site, self._count_dropped, is_live=is_live)
         self._queue: SimpleQueue[bytes | _State | CameraPicture | None] = SimpleQueue()
+        self._picture_room = threading.Semaphore(_MAX_PICTURES)
         self._thread = threading.Thread(target=self._publish_loop, name="aeros-feed", daemon=True)
         self._thread.start()
 
@@ -84,7 +88,14 @@ class BusFeed:
 
     def on_picture(self, picture: CameraPicture) -> None:
         """Implement `PictureListener.on_picture`."""
-        self._enqueue(picture, _MAX_STATES)
+        while not (has_room := self._picture_room.acquire(blocking=False)):
+            if not (self._is_whole and self._thread.is_alive()):
+                break
+            time.sleep(_POLL_INTERVAL_S)
+        if has_room:
+            self._queue.put(picture)
+        else:
+            self._count_dropped("the bus is slower than the run")
 
     def close(self) -> None:
         """Publish what is still in the queue, for some seconds at most, and stop; safe to call twice."""
@@ -100,7 +111,7 @@ class BusFeed:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _enqueue(self, item: bytes | _State | CameraPicture, max_count: int) -> None:
+    def _enqueue(self, item: bytes | _State, max_count: int) -> None:
         while self._is_whole and self._queue.qsize() >= max_count and self._thread.is_alive():
             time.sleep(_POLL_INTERVAL_S)
         if self._queue.qsize() < max_count:
@@ -119,6 +130,7 @@ class BusFeed:
             if isinstance(item, bytes):
                 self._publisher.publish_record(item)
             elif isinstance(item, CameraPicture):
+                self._picture_room.release()
                 self._publisher.publish_picture(item)
             elif item.now is None:
                 self._publisher.publish_state(item.values, item.chain)

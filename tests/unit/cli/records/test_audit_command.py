@@ -145,6 +145,7 @@ def test_verify_finds_what_it_says_it_finds(
         assert audit("verify", folder, *options, "--format", "json") in (Exit.SUCCESS, Exit.REJECTED)
         report = json.loads(capsys.readouterr().out)
         assert report["sound"] == (not why)
+        assert report["log"].endswith(".jsonl")
         assert why in report["why"]
 
 

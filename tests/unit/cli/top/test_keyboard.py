@@ -51,6 +51,8 @@ def test_it_waits_for_keys_and_wakes_at_signals() -> None:
     assert keyboard.wait(60.0) == []
     os.write(keys, b"p\x1b[A")
     assert keyboard.wait(60.0) == ["p", "up"]
+    os.write(keys, b"sy")  # a person presses one after the other: this is pasted text
+    assert keyboard.wait(60.0) == ["unknown"]
     os.close(keys)
     assert keyboard.wait(60.0) == []
     assert not keyboard.is_there
@@ -67,6 +69,8 @@ def test_the_terminal_gives_single_keys_and_is_restored(monkeypatch: pytest.Monk
         with open_keyboard() as keyboard:
             os.write(master, b"s")
             assert keyboard.wait(60.0) == ["s"]
+            os.write(master, b"\x1a")  # Ctrl-Z does not suspend it
+            assert keyboard.wait(60.0) == ["\x1a"]
             os.kill(os.getpid(), signal.SIGWINCH)
             assert keyboard.wait(60.0) == []
         assert termios.tcgetattr(slave) == before

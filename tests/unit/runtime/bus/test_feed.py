@@ -12,10 +12,13 @@ from aeros.runtime.bus import feed as module
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.bus.in_process import InProcessBus
 from aeros.runtime.bus.message_publisher import RobotChain
-from aeros.runtime.bus.messages import Event, Message, PointStamped
+from aeros.runtime.bus.messages import CompressedImage, Event, Message, PointStamped
 from aeros.runtime.bus.port import M
-from aeros.runtime.ports import Reading
+from aeros.runtime.ports import CameraPicture, CameraView, Reading
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
+from aeros.spec.text.discovery import reference_site_path
 
 KNOWN = RobotChain()
 RECORD = b'{"details":{},"event":"note","sequence":3}\n'
@@ -134,3 +137,26 @@ def test_a_hanging_bus_delays_nobody_and_states_are_dropped_before_records(
     go_on.set()
     feed.close()
     assert [type(one) for one in text] == [Event] + [PointStamped] * 5 + [Event] * 3
+
+
+def test_few_pictures_wait_for_a_hanging_bus() -> None:
+    site = load_site(reference_site_path(), Diagnostics())
+    assert site is not None
+    view = CameraView((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 60.0)
+    picture = CameraPicture(next(iter(site.cameras)), 1.0, 1, 1, bytes(3), None, view)
+    text: list[Message] = []
+    busy, go_on = threading.Event(), threading.Event()
+
+    def hang(message: Message) -> None:
+        busy.set()
+        go_on.wait()
+        text.append(message)
+
+    with BusFeed(Odd(hang), site) as feed:
+        feed.on_record(RECORD)
+        assert busy.wait(5.0)
+        for _ in range(20):
+            feed.on_picture(picture)
+        assert (feed.lost, feed.trouble) == (12, "the bus is slower than the run")
+        go_on.set()
+    assert [type(one) for one in text] == [Event] + [CompressedImage] * 8
