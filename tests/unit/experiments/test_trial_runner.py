@@ -374,6 +374,7 @@ def test_a_worker_that_is_killed_after_others_were_cancelled_ends_the_run() -> N
     assert "BrokenProcessPool" in done.stderr.splitlines()[-1]
 
 
+@pytest.mark.deep
 def test_a_second_interrupt_does_not_wait(tmp_path: Path) -> None:
     process, workers = _started_run(tmp_path)
     # A trial under way would never end, so a caller that waited for it would not return.
