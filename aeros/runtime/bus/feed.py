@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from queue import SimpleQueue
 from typing import Any, Final, NamedTuple, Self
 
@@ -88,14 +88,8 @@ class BusFeed:
 
     def on_picture(self, picture: CameraPicture) -> None:
         """Implement `PictureListener.on_picture`."""
-        while not (has_room := self._picture_room.acquire(blocking=False)):
-            if not (self._is_whole and self._thread.is_alive()):
-                break
-            time.sleep(_POLL_INTERVAL_S)
-        if has_room:
+        if self._has_room(lambda: self._picture_room.acquire(blocking=False)):
             self._queue.put(picture)
-        else:
-            self._count_dropped("the bus is slower than the run")
 
     def close(self) -> None:
         """Publish what is still in the queue, for some seconds at most, and stop; safe to call twice."""
@@ -112,12 +106,16 @@ class BusFeed:
         self.close()
 
     def _enqueue(self, item: bytes | _State, max_count: int) -> None:
-        while self._is_whole and self._queue.qsize() >= max_count and self._thread.is_alive():
-            time.sleep(_POLL_INTERVAL_S)
-        if self._queue.qsize() < max_count:
+        if self._has_room(lambda: self._queue.qsize() < max_count):
             self._queue.put(item)
-        else:
+
+    def _has_room(self, is_free: Callable[[], bool]) -> bool:
+        """Tell if there is room for an item; wait for it if the feed must be complete, else count a loss."""
+        while not (has_room := is_free()) and self._is_whole and self._thread.is_alive():
+            time.sleep(_POLL_INTERVAL_S)
+        if not has_room:
             self._count_dropped("the bus is slower than the run")
+        return has_room
 
     def _count_dropped(self, reason: str) -> None:
         self.lost += 1

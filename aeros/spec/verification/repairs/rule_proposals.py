@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from aeros.spec.diagnostics.codes import Fix
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.hold_conditions import HOLD_LOST
@@ -46,14 +47,10 @@ class RuleProposals:
         if isinstance(unless, ScalarNode):
             text = f"{' '.join(unless.text.split())} or not ({condition})"
             yield f"unless: {quoted(text)}", self._editor.replace(unless, text)
-        called = next(
-            (value.text for key, value in rule.entries if key.text == "do" and isinstance(value, ScalarNode)),
-            "",
-        )
+        called = _called_by(rule)
         for name, skill in self._ecm.skills.items():
             if name != called and any(one.effects for one in skill.outcomes.values()):
-                line = f"{{unless: {quoted(condition)}, do: {name}}}"
-                yield f"- {line}` before the rule for `{called}", self._editor.insert_item(rules, rule, line)
+                yield self._run_before(rules, rule, condition, name)
 
     def keep_invariant(self, failed: FailedClaim) -> Candidates:
         """Do something else after a failure, or first bring about what the invariant needs.
@@ -85,9 +82,7 @@ class RuleProposals:
 
     def _bring_about_before(self, rules: Node | None, rule: MappingNode, names: frozenset[str]) -> Candidates:
         """Before the rule of a skill that changes some of `names`, run one that sets another of them."""
-        called = next(
-            (one.text for key, one in rule.entries if key.text == "do" and isinstance(one, ScalarNode)), ""
-        )
+        called = _called_by(rule)
         changed = names & _effects_of(self._ecm.skills.get(called)).keys()
         for name, skill in self._ecm.skills.items() if changed else ():
             for affected, value in _effects_of(skill).items():
@@ -100,8 +95,15 @@ class RuleProposals:
                     needed = f"{word} == {value}"
                 else:
                     continue
-                line = f"{{unless: {quoted(needed)}, do: {name}}}"
-                yield f"- {line}` before the rule for `{called}", self._editor.insert_item(rules, rule, line)
+                yield self._run_before(rules, rule, needed, name)
+
+    def _run_before(
+        self, rules: Node | None, rule: MappingNode, condition: str, name: str
+    ) -> tuple[str, Fix | None]:
+        """Run a skill before that of a rule, unless a condition holds."""
+        line = f"{{unless: {quoted(condition)}, do: {name}}}"
+        fix = self._editor.insert_item(rules, rule, line)
+        return f"- {line}` before the rule for `{_called_by(rule)}", fix
 
     def correct_start(self, failed: FailedClaim) -> Candidates:
         """Leave a value out of `initial`, so that it may be anything, or state the opposite.
@@ -139,19 +141,21 @@ class RuleProposals:
         if not isinstance(rules, SequenceNode):
             return
         for rule in rules.items:
-            entries = (
-                {key.text: value for key, value in rule.entries} if isinstance(rule, MappingNode) else {}
-            )
-            called = entries.get("do")
-            skill = self._ecm.skills.get(called.text) if isinstance(called, ScalarNode) else None
+            if not isinstance(rule, MappingNode) or any(key.text == "on_failure" for key, _ in rule.entries):
+                continue
+            skill = self._ecm.skills.get(_called_by(rule))
             fails = skill is not None and (
                 skill.hold_condition is not None or any(one.failure for one in skill.outcomes.values())
             )
-            if not fails or "on_failure" in entries:
-                continue
-            for name, other in self._ecm.skills.items():
+            for name, other in self._ecm.skills.items() if fails else ():
                 if other is not skill and other.outcomes.keys() != {HOLD_LOST}:
                     yield f"on_failure: {name}", self._editor.add_entry(rule, "on_failure", name)
+
+
+def _called_by(rule: MappingNode) -> str:
+    """Return what a rule runs; nothing if it does not say so by a name."""
+    called = (one.text for key, one in rule.entries if key.text == "do" and isinstance(one, ScalarNode))
+    return next(called, "")
 
 
 def _effects_of(skill: Skill | None) -> dict[str, Any]:
