@@ -21,6 +21,7 @@ from aeros.spec.diagnostics.codes import Diagnostic, Fix, Severity
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.text.discovery import MANIFEST
 from aeros.spec.text.files import read_source
+from aeros.spec.verification.repairs.quota_repair import repair_quotas
 from aeros.spec.verification.reports import Report, SubjectReport
 
 _MAX_ROUNDS: Final = 8
@@ -100,6 +101,23 @@ def find_proved_repairs(report: Report, verify: Verify) -> tuple[RepairedManifes
         if text != original[folder]
     )
     return tuple(repaired)
+
+
+def find_site_repairs(report: Report) -> RepairedManifest | None:
+    """Find the proved repairs of the site file; it is the operator's, so they are shown and not written.
+
+    Args:
+        report: Report on the site and its modules as they are.
+
+    Returns:
+        The repaired site file; None if nothing of it has a repair.
+    """
+    repairable = tuple(found for found in report.site.diagnostics if found.fix is not None)
+    sources = {found.fix.span.source for found in repairable if found.fix is not None}
+    if not sources:
+        return None
+    source = sources.pop()
+    return RepairedManifest(report.site.path, source.text, repair_quotas(source), repairable)
 
 
 def errors_without_repair(report: Report, repaired: Iterable[RepairedManifest]) -> list[Diagnostic]:

@@ -1,4 +1,7 @@
-"""Proved repairs of `aeros verify`: printed as a diff (`--diff`) or written into the manifests (`--fix`)."""
+"""Proved repairs of `aeros verify`: printed as a diff (`--diff`) or written into the manifests (`--fix`).
+
+Repairs of the site are printed and never written: the file is the operator's.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from aeros.cli.author.proved_repairs import (
     Verify,
     errors_without_repair,
     find_proved_repairs,
+    find_site_repairs,
 )
 from aeros.exit_codes import Exit, exit_for
 from aeros.spec.diagnostics.codes import Diagnostic
@@ -25,13 +29,17 @@ def print_repairs(report: Report, verify: Verify) -> Exit:
         verify: Verifies the modules in given folders.
 
     Returns:
-        The exit code: that of the report, so REJECTED where there is an error to repair.
+        The exit code: REJECTED if there is a repair, else that of the report.
     """
     repaired = find_proved_repairs(report, verify)
     for one in repaired:
         print(one.unified_diff(), end="")
-    print(_summary("would repair", report, repaired), file=sys.stderr)
-    return exit_for(report.conclusion)
+    site = find_site_repairs(report)
+    if site is not None:
+        print(site.unified_diff(), end="")
+    summary = "\n".join([_summary("would repair", report, repaired), *_about_site("above", site)])
+    print(summary, file=sys.stderr)
+    return Exit.REJECTED if site is not None else exit_for(report.conclusion)
 
 
 def write_repairs(report: Report, verify: Verify) -> tuple[str, bool]:
@@ -51,7 +59,20 @@ def write_repairs(report: Report, verify: Verify) -> tuple[str, bool]:
             repaired.append(one)
         except OSError as error:
             failures.append(f"cannot write `{escape_invisible(str(one.path))}`: {error.strerror}")
-    return "\n".join([_summary("repaired", report, repaired), *failures]), bool(repaired)
+    about_site = _about_site("`--diff` shows it", find_site_repairs(report))
+    return "\n".join([_summary("repaired", report, repaired), *failures, *about_site]), bool(repaired)
+
+
+def _about_site(place: str, site: RepairedManifest | None) -> list[str]:
+    """Say that the site has a repair, which is the operator's to write."""
+    if site is None:
+        return []
+    count = len(site.repaired)
+    warnings = "1 warning" if count == 1 else f"{count} warnings"
+    return [
+        f"{warnings} of the site with a proved repair, for its operator ({place}):",
+        *map(_line, site.repaired),
+    ]
 
 
 def _summary(verb: str, report: Report, repaired: Sequence[RepairedManifest]) -> str:

@@ -27,7 +27,7 @@ def quota_obligations(site: Site) -> Iterator[StaticClaim]:
     """
     for position, quota in enumerate(site.quotas):
         idle = [
-            (kind, why) for kind in sorted(quota.kinds) if (why := _denial_of_kind(site, kind)) is not None
+            (kind, why) for kind in sorted(quota.kinds) if (why := denial_of_kind(site, kind)) is not None
         ]
         yield StaticClaim(
             ClaimForm.QUOTA_EFFECTIVE(quota.id),
@@ -36,7 +36,7 @@ def quota_obligations(site: Site) -> Iterator[StaticClaim]:
                 f"the quota `{quota.id}` counts "
                 + " and ".join(f"`{kind}`, which {why}" for kind, why in idle),
                 quota,
-                "take it out of the quota's `on`" if len(idle) < len(quota.kinds) else "remove the quota",
+                "count the kind that was meant, or none for it",
             )
             if idle
             else None,
@@ -52,7 +52,7 @@ def quota_obligations(site: Site) -> Iterator[StaticClaim]:
                 "AE610",
                 f"the quota `{quota.id}` never runs out before `{other.id}` does",
                 quota,
-                "remove it, or correct its numbers",
+                "correct its numbers if they are not those that were meant",
                 other,
             ),
         )
@@ -75,10 +75,17 @@ def quota_implies(quota: Quota, other: Quota) -> bool:
     return other.kinds <= quota.kinds and most <= other.max_count
 
 
-def _denial_of_kind(site: Site, kind: str) -> str | None:
+def denial_of_kind(site: Site, kind: str) -> str | None:
     """Give the reason why no module may ever execute an action of `kind`, as far as finite sets show it.
 
     Operator overrides are left out: they are lifted one day, and the quota must still be there then.
+
+    Args:
+        site: the site.
+        kind: an action kind of it.
+
+    Returns:
+        The reason, for the end of a sentence; None if some module may.
     """
     declared = site.kinds[kind]
     if declared.risk > site.risk_ceiling:

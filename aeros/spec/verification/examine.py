@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import signal
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.model.summary import ModuleSummary, summarize_module
-from aeros.spec.obligations.claim_id import ClaimForm
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.dependencies import runtime_obligations
@@ -48,6 +48,7 @@ from aeros.spec.verification.repairs.module_repair import (
     ModuleVerdicts,
     find_module_repairs,
 )
+from aeros.spec.verification.repairs.quota_repair import find_quota_repairs
 from aeros.spec.verification.repairs.repair import FailedClaim, Repair, advice
 from aeros.spec.verification.reports import (
     ModuleFindings,
@@ -78,6 +79,8 @@ def examine_site(
     settled, findings = _discharge_and_explain(
         (*policy_obligations(site), *joint_policy_obligations(site)), site, oracle
     )
+    repairs = find_quota_repairs(site, source, settled)
+    settled = tuple(_repaired_claim(one, repairs) for one in settled)
     problems = (*diagnostics, *_diagnostics(settled, findings))
     claims = Claims.from_claims((*map(summarize_static_claim, settled), *map(_summarize_finding, findings)))
     return site, SubjectReport(site.id, path, conclusion_of(problems), problems, claims, settled, findings)
@@ -181,12 +184,7 @@ def _with_module_repairs(
         loaded.ecm, site, manifest, failed, _verdicts_of(settled), judge, oracle.with_reduced_budget(10)
     )
     return (
-        tuple(
-            replace(one, diagnostic=_with_repair(one.diagnostic, repairs[one.id]))
-            if one.id in repairs and one.diagnostic is not None
-            else one
-            for one in static
-        ),
+        tuple(_repaired_claim(one, repairs) for one in static),
         tuple(
             replace(one, repair=repairs[one.obligation.id].line, fix=repairs[one.obligation.id].fix)
             if one.obligation.id in repairs
@@ -196,8 +194,12 @@ def _with_module_repairs(
     )
 
 
-def _with_repair(diagnostic: Diagnostic, repair: Repair) -> Diagnostic:
-    return replace(diagnostic, help=(advice(repair.line), *diagnostic.help), fix=repair.fix)
+def _repaired_claim(claim: StaticClaim, repairs: Mapping[ClaimId, Repair]) -> StaticClaim:
+    """Add its repair, if there is one, to what a claim reports."""
+    found, repair = claim.diagnostic, repairs.get(claim.id)
+    if found is None or repair is None:
+        return claim
+    return replace(claim, diagnostic=replace(found, help=(advice(repair.line), *found.help), fix=repair.fix))
 
 
 def _judge(

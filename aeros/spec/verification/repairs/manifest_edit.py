@@ -126,6 +126,54 @@ class ManifestEditor:
             SourceSpan(self.source, line_start, before.span.start), f"{lead}{text}{self._line_break}{lead}"
         )
 
+    def empty_list(self, mapping: Node | None, key: str) -> Fix | None:
+        """Replace a list by an empty one, where no comment would go with it.
+
+        Args:
+            mapping: the mapping that has it.
+            key: its key.
+
+        Returns:
+            The edit; None if the node is no mapping with that list, or a comment stands in it.
+        """
+        entries = mapping.entries if isinstance(mapping, MappingNode) else ()
+        name, listed = next((entry for entry in entries if entry[0].text == key), (None, None))
+        if name is None or not isinstance(listed, SequenceNode):
+            return None
+        replaced = SourceSpan(self.source, name.span.end, max(listed.span.end, _end_of(listed)))
+        has_comment = any(line.lstrip().startswith("#") for line in replaced.text.splitlines())
+        text = replaced.text.rstrip()
+        return (
+            None
+            if has_comment
+            else Fix(SourceSpan(self.source, name.span.end, name.span.end + len(text)), ": []")
+        )
+
+    def remove_item(self, sequence: Node | None, number: int) -> Fix | None:
+        """Remove an item of a list, and the comment behind it; comments on other lines stay.
+
+        Args:
+            sequence: the list.
+            number: position of an item that it has beside others.
+
+        Returns:
+            The edit; None if the node is no list with that item and another, or the item shares its lines.
+        """
+        if not isinstance(sequence, SequenceNode) or len(sequence.items) < 2 or number >= len(sequence.items):
+            return None
+        items, text = sequence.items, self.source.text
+        start, end = items[number].span.start, _end_of(items[number])
+        if not self._is_flow(sequence):
+            start = text.rfind("\n", 0, start) + 1
+            if text[start : items[number].span.start].strip() != "-":
+                return None
+            end = text.find("\n", end) + 1 or len(text)
+        elif number + 1 < len(items):
+            end = items[number + 1].span.start
+        else:
+            start = _end_of(items[number - 1])
+        return Fix(SourceSpan(self.source, start, end), "")
+
     def remove_entry(self, mapping: Node | None, key: str) -> Fix | None:
         """Remove a key with its value, and the comment behind it; comments on other lines stay.
 

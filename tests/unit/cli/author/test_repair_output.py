@@ -70,6 +70,23 @@ def test_an_error_without_a_repair_is_listed_and_rejected(
     assert not (module / "ecm.lock").exists()
 
 
+def test_a_repair_of_the_site_is_shown_and_never_written(
+    module: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quota = "    - {id: longer, on: [wipe], at_most: 90, within: 90 s, rationale: wear}\n"
+    first, before, after = Path(SITE).read_text().partition("  quotas:\n")
+    site = Path("site.yaml")
+    site.write_text(text := f"{first}{before}{quota}{after}")
+    assert main(["verify", str(module), "--site", str(site), "--fix"]) == Exit.SUCCESS
+    shown = capsys.readouterr().out
+    assert site.read_text() == text
+    assert "repaired 1 error in 1 file\n" in shown
+    assert "1 warning of the site with a proved repair, for its operator (`--diff` shows it):\n" in shown
+    assert main(["verify", str(module), "--site", str(site), "--diff"]) == Exit.REJECTED
+    shown = capsys.readouterr().out
+    assert [line for line in shown.splitlines() if line[:1] in "+-"][2:] == [f"-{quota.rstrip()}"]
+
+
 def test_a_report_for_programs_stays_readable(module: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(module, "--fix", "--format", "json", "--no-lock") == Exit.SUCCESS
     shown = capsys.readouterr()

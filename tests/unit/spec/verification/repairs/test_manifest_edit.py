@@ -42,6 +42,10 @@ def edited(edit: str, *arguments: object, text: str = TEXT) -> str:
         ("remove_entry", (("list", 0), "k"), "{k: v, do: w}", "{do: w}"),
         ("remove_entry", (("list", 0), "do"), "{k: v, do: w}", "{k: v}"),
         ("remove_entry", (("list", 1), "do"), "    do: z\n", ""),
+        ("remove_item", (("a", "c"), 0), "[x, y]", "[y]"),
+        ("remove_item", (("a", "c"), 1), "[x, y]", "[x]"),
+        ("remove_item", (("list",), 0), "  - {k: v, do: w}  # three\n", ""),
+        ("remove_item", (("list",), 1), "  - k: w\n    do: z\n", ""),
         ("add_list", (("a",), "e", "z"), "  d: {}\n", "  d: {}\n  e: [z]\n"),
         ("add_item", (("a", "c"), "z"), "[x, y]  # two", "[x, y, z]  # two"),
         ("add_item", (("empty",), "z"), "[]", "[z]"),
@@ -81,6 +85,10 @@ def test_an_absent_node_is_not_edited() -> None:
     assert editor.add_entry(editor.node("text"), "b", "2") is None
     assert editor.remove_entry(editor.node("a"), "z") is None
     assert editor.remove_entry(editor.node("list"), "k") is None
+    assert editor.remove_item(editor.node("a"), 0) is None
+    assert editor.remove_item(editor.node("list"), 2) is None
+    nested = ManifestEditor(Source("ecm.yaml", "- - 1\n  - 2\n"))
+    assert nested.remove_item(nested.node(0), 0) is None  # another list begins on its line
     assert (
         editor.remove_entry(ManifestEditor(Source("ecm.yaml", "a: 1\n")).node(), "a") is None
     )  # nothing would be left
