@@ -68,6 +68,47 @@ class ArchitectureReport:
         }
 
 
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """Budget of a trial, which its harness keeps, whatever the architecture does.
+
+    Attributes:
+        tries: most tries of the skill that fails; None for any number.
+        seconds: plant time after which no step begins and nothing counts as reached, s; None for any time.
+    """
+
+    tries: int | None = None
+    seconds: float | None = None
+
+
+NO_BUDGET: Final = Budget()
+"""A trial may take as long as its architecture wants."""
+
+
+class BudgetSpentError(Exception):
+    """The budget of the trial allows no further step; the trial ends."""
+
+    def __init__(self) -> None:
+        super().__init__("the budget of the trial is spent")
+
+
+class RunningStep(Protocol):
+    """A skill that was begun and has not ended."""
+
+    def wait(self, seconds: float) -> StepAssessment | None:
+        """Let plant time go on until the skill has ended.
+
+        Args:
+            seconds: longest time to wait, s.
+
+        Returns:
+            The measured outcome, and whether the step failed; None if it is still under way.
+        """
+
+    def halt(self) -> None:
+        """Halt the skill, and wait until it has ended."""
+
+
 class TrialContext(Protocol):
     """Context of one trial, the same for each architecture: skills, plant, seed and planning rules."""
 
@@ -112,6 +153,22 @@ class TrialContext(Protocol):
 
         Returns:
             The measured outcome, and whether the step failed.
+
+        Raises:
+            BudgetSpentError: the trial's budget allows no further step.
+        """
+
+    def begin(self, step: PlanStep) -> RunningStep | StepAssessment:
+        """Begin the skill of a step, if it may start now, and do not wait until it has ended.
+
+        Args:
+            step: module, skill and inputs.
+
+        Returns:
+            The skill under way; its assessment if it ended at once.
+
+        Raises:
+            BudgetSpentError: the trial's budget allows no further step.
         """
 
 
@@ -175,7 +232,9 @@ class SelfPredicting(Protocol):
 
 BUILT_IN: Final[Mapping[str, str]] = {
     "aeros": "aeros.experiments.architectures.aeros_agent:AerosAgent",
+    "behaviortree_cpp": "aeros.experiments.architectures.behaviortree_cpp:BehaviorTreeCpp",
     "behaviour_tree": "aeros.experiments.architectures.behaviour_tree:BehaviourTree",
+    "expert_tree": "aeros.experiments.architectures.expert_tree:ExpertTree",
     "flat": "aeros.experiments.architectures.flat:FlatPipeline",
     "progprompt": "aeros.experiments.architectures.progprompt:ProgPrompt",
 }

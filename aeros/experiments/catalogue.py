@@ -267,8 +267,16 @@ def _variation(
     one: Mapping[str, Any], variant: Mapping[str, Any], failure: Mapping[str, Any]
 ) -> Iterator[tuple[str, str, str, Mapping[str, Any]]]:
     """Yield what rows of a variant and task differ in: a number, its label, the rate, changed settings."""
-    rate = failure["rate"]
-    if "rates" in one:
+    rate = one.get("rate", failure["rate"])
+    if "budgets" in one:
+        for name, budget in one["budgets"].items():
+            yield (
+                name,
+                budget["title"],
+                rate,
+                {"budget": {key: budget[key] for key in budget.keys() - {"title"}}},
+            )
+    elif "rates" in one:
         yield from ((rate, "", rate, {}) for rate in one["rates"])
     elif "bursts" in one:
         for length in one["bursts"]:

@@ -12,7 +12,7 @@ from typing import Any, Final
 import aeros
 from aeros import distribution
 
-_RESULT_RELEVANT_PACKAGES: Final = ("numpy", "py_trees", "pybullet", "z3-solver")
+_RESULT_RELEVANT_PACKAGES: Final = ("behaviortreepy", "numpy", "py_trees", "pybullet", "z3-solver")
 _PACKAGES: Final = (distribution.NAME, "distributed", *_RESULT_RELEVANT_PACKAGES, "scipy")
 
 

@@ -24,9 +24,13 @@ from aeros.agent.planning.task_graph import PlanStep
 from aeros.agent.world.world import WorldModel
 from aeros.experiments.architecture import (
     MAX_CALLS,
+    NO_BUDGET,
     Architecture,
     ArchitectureReport,
+    Budget,
+    BudgetSpentError,
     CallLimitError,
+    RunningStep,
     SelfPredicting,
     TrialModel,
 )
@@ -41,12 +45,16 @@ MAX_SEQUENCES: Final = 20_000
 """Most sequences of outcomes of one prediction; they take a second or two."""
 
 
-def predict(make: Callable[[], Architecture], model: TrialModel) -> Prediction:
+def predict(
+    make: Callable[[], Architecture], model: TrialModel, budget: Budget = NO_BUDGET, counted_skill: str = ""
+) -> Prediction:
     """Predict one trial exactly.
 
     Args:
         make: constructs the architecture; called once for each sequence of outcomes.
         model: manifest, task and site of the trial.
+        budget: of the trial.
+        counted_skill: the skill whose tries the budget limits.
 
     Returns:
         The probability of success and the expected counts.
@@ -55,11 +63,15 @@ def predict(make: Callable[[], Architecture], model: TrialModel) -> Prediction:
         StateSpaceError: no exact prediction is possible; the message says why.
     """
     architecture = make()
+    if budget.seconds is not None:
+        raise StateSpaceError("the declared outcomes have no durations that a budget of time could count")
     if isinstance(architecture, SelfPredicting):
+        if budget.tries is not None:
+            raise StateSpaceError("the prediction of this architecture knows no budget of tries")
         return architecture.predict(model)
     total = _ExpectedCounts()
     pending: list[tuple[int, ...]] = [()]
-    tables = _ModelTables(model)
+    tables = _ModelTables(model, counted_skill, budget.tries)
     for _ in range(MAX_SEQUENCES):
         if not pending:
             return total.prediction()
@@ -69,6 +81,8 @@ def predict(make: Callable[[], Architecture], model: TrialModel) -> Prediction:
             report = make().pursue(context)
         except StateSpaceError:
             raise
+        except BudgetSpentError as spent:
+            report = ArchitectureReport(reason=str(spent))
         except CallLimitError as endless:
             raise StateSpaceError(str(endless)) from endless
         except Exception as error:
@@ -106,8 +120,9 @@ class _ExpectedCounts:
 class _ModelTables:
     """Tables that all sequences of one model share."""
 
-    def __init__(self, model: TrialModel) -> None:
+    def __init__(self, model: TrialModel, counted_skill: str, max_tries: int | None) -> None:
         self.model = model
+        self.counted_skill, self.max_tries = counted_skill, max_tries
         self.system = TransitionSystem(model.ecm, model.task, model.site)
         self.routed = RoutedTask(model.ecm.id, model.task)
         self.goal = self.system.condition(model.task.goal)
@@ -147,6 +162,7 @@ class _ModelContext:
         self.widths: list[int] = []
         self.chosen: list[int] = []
         self._asked = 0
+        self._tries = 0
 
     @property
     def seed(self) -> NoReturn:
@@ -178,6 +194,10 @@ class _ModelContext:
         able = [one for one in self._tables.invocations(step) if one.can_start(self._state)]
         if not able:
             return StepAssessment(None, True, False, f"the precondition of `{step.skill}` is not measured")
+        if able[0].name == self._tables.counted_skill and self._tables.max_tries is not None:
+            if self._tries >= self._tables.max_tries:
+                raise BudgetSpentError
+            self._tries += 1
         found = [one for one in able[0].after(self._state) if one[2]]
         place = len(self.widths)
         chosen = self._prefix[place] if place < len(self._prefix) else 0
@@ -188,6 +208,9 @@ class _ModelContext:
         self._state, outcome, probability = found[chosen]
         self.probability *= probability
         return StepAssessment(outcome.id, outcome.failure, False, f"outcome `{outcome.id}`" * outcome.failure)
+
+    def begin(self, step: PlanStep) -> RunningStep | StepAssessment:
+        return self.run(step)
 
     def _count(self) -> None:
         self._asked += 1

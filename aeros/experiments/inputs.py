@@ -22,7 +22,18 @@ from aeros.spec.diagnostics.codes import Diagnostic, did_you_mean
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.text.discovery import reference_site_path
 
-_EXCLUDED_FOLDERS: Final = ("api.py", "cli", "docs", "experiments")
+_EXCLUDED_FOLDERS: Final = (
+    "api.py",
+    "apps",
+    "cli",
+    "docs",
+    "experiments",
+    "franka",
+    "gym",
+    "ros2_control",
+    "schemas",
+    "templates",
+)
 """Parts of AEROS that do not decide the findings of a trial, except for …"""
 
 _INCLUDED_FILES: Final = (
@@ -61,14 +72,16 @@ class TrialInputs:
         configuration: the proved modules under their site.
         gate: compiled from the configuration.
         skill_runs: opens skills in this process.
-        digest: over site, certificates (so manifests and skill code), scenes, the code that all trials run,
-            and the releases that it runs on.
+        sources_digest: over site, certificates (so manifests and skill code), scenes, and the code that all
+            trials run.
+        digest: over these, and the releases that they run on.
     """
 
     paths: InputPaths
     configuration: Configuration
     gate: Gate
     skill_runs: CachedRunFactory
+    sources_digest: str
     digest: str
 
     def routed(self, task: str) -> RoutedTask:
@@ -111,10 +124,10 @@ def load_inputs(where: InputPaths) -> TrialInputs:
     site = reference_site_path() if where.site is None else Path(where.site)
     configuration, _ = prove_configuration([Path(where.modules_folder)], site, certified=True)
     scenes = scene_digest(where.modules_folder)
-    digest = hashlib.sha256(
-        f"{configuration.digest} {code_digest()} {scenes} {package_versions()}".encode()
-    ).hexdigest()
-    return TrialInputs(where, configuration, CompiledGate(configuration), CachedRunFactory(), digest)
+    sources = hashlib.sha256(f"{configuration.digest} {code_digest()} {scenes}".encode()).hexdigest()
+    digest = hashlib.sha256(f"{sources} {package_versions()}".encode()).hexdigest()
+    gate = CompiledGate(configuration)
+    return TrialInputs(where, configuration, gate, CachedRunFactory(), sources, digest)
 
 
 @cache

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import inf
 from typing import Any, cast
 
@@ -12,11 +12,18 @@ from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.agent.world.values import CachingConverter, to_exact
 from aeros.agent.world.world import WorldModel, world_from_readings
-from aeros.experiments.architecture import MAX_CALLS, CallLimitError
+from aeros.experiments.architecture import (
+    MAX_CALLS,
+    NO_BUDGET,
+    Budget,
+    BudgetSpentError,
+    CallLimitError,
+    RunningStep,
+)
 from aeros.runtime.ports import EndedStep, Readings, Runtime, StepHandle, StepRequest, StepResult
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr.semantics import Environment
-from aeros.spec.model.ecm import Ecm, Skill, owner_of
+from aeros.spec.model.ecm import Skill, owner_of
 
 
 class CountingRuntime:
@@ -26,6 +33,7 @@ class CountingRuntime:
         runtime: the runtime that does the work.
         counted_skill: module and name of a skill whose tries are counted too.
         judge_by_measurement: also count the tries of that skill that failed, by what is measured.
+        budget: what it lets begin.
 
     Attributes:
         judged: True if failed tries are counted.
@@ -43,9 +51,12 @@ class CountingRuntime:
         counted_skill: tuple[str, str] | None = None,
         *,
         judge_by_measurement: bool = False,
+        budget: Budget = NO_BUDGET,
     ) -> None:
         self._runtime = runtime
         self._watched = counted_skill
+        self._budget = budget
+        self._begun = 0
         self.judged = judge_by_measurement
         self._under_way: dict[StepHandle, Mapping[str, Any]] = {}
         self.steps = 0
@@ -56,11 +67,21 @@ class CountingRuntime:
         self.first_failed = False
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
-        """Implement `Runtime.start`."""
+        """Implement `Runtime.start`.
+
+        Raises:
+            BudgetSpentError: the budget allows no further try of the counted skill, or no further step.
+        """
+        is_counted = (request.module, request.skill) == self._watched
+        tries, seconds = self._budget.tries, self._budget.seconds
+        has_no_try = is_counted and tries is not None and self._begun >= tries
+        if has_no_try or (seconds is not None and self._runtime.now() >= seconds):
+            raise BudgetSpentError
         started = self._runtime.start(request)
         if not isinstance(started, StepResult):
             self.steps += 1
-            if (request.module, request.skill) == self._watched:
+            if is_counted:
+                self._begun += 1
                 self._under_way[started] = self._world().predicates
         return started
 
@@ -156,7 +177,17 @@ class TrialContextImpl:
         return self._planner.plan(self._routed, self.world(), self._runtime.active_modules()).steps
 
     def run(self, step: PlanStep) -> StepAssessment:
-        """Implement `TrialContext.run`; of a capability the first provider that may start runs.
+        """Implement `TrialContext.run`."""
+        begun = self.begin(step)
+        if isinstance(begun, StepAssessment):
+            return begun
+        ended = begun.wait(inf)
+        if ended is None:
+            raise MisuseError("wait() returned nothing without a deadline")
+        return ended
+
+    def begin(self, step: PlanStep) -> RunningStep | StepAssessment:
+        """Implement `TrialContext.begin`; of a capability the first provider that may start begins.
 
         Raises:
             MisuseError: the module has no such skill.
@@ -172,17 +203,30 @@ class TrialContextImpl:
         able = [one for one, problem in zip(providers, problems, strict=True) if problem is None]
         if not able:
             return StepAssessment(None, True, False, "; ".join(str(problem) for problem in problems))
-        return self._run(*able[0], step.inputs)
+        (module, skill), before = able[0], world.predicates
+        started = self._runtime.start(StepRequest(module.id, skill.id, _with_defaults(skill, step.inputs)))
 
-    def _run(self, module: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> StepAssessment:
-        before = self.world().predicates
-        result = self._runtime.start(StepRequest(module.id, skill.id, _with_defaults(skill, inputs)))
-        if not isinstance(result, StepResult):
-            ended = self._runtime.wait()
-            if ended is None:
-                raise MisuseError("wait() returned nothing without a deadline")
-            result = ended.result
-        return assess_step(module.id, skill, result, self.world(), before)
+        def assess(result: StepResult) -> StepAssessment:
+            return assess_step(module.id, skill, result, self.world(), before)
+
+        return assess(started) if isinstance(started, StepResult) else _Begun(self._runtime, started, assess)
+
+
+class _Begun:
+    """Implementation of `RunningStep`; nothing else is under way."""
+
+    def __init__(
+        self, runtime: Runtime, step: StepHandle, assess: Callable[[StepResult], StepAssessment]
+    ) -> None:
+        self._runtime, self._step, self._assess = runtime, step, assess
+
+    def wait(self, seconds: float) -> StepAssessment | None:
+        ended = self._runtime.wait(self._runtime.now() + seconds)
+        return None if ended is None else self._assess(ended.result)
+
+    def halt(self) -> None:
+        self._runtime.cancel(self._step, "the architecture halts it")
+        self._runtime.wait()
 
 
 def _with_defaults(skill: Skill, inputs: Mapping[str, Any]) -> dict[str, Any]:

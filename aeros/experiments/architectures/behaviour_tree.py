@@ -1,4 +1,4 @@
-"""Behaviour tree on py_trees: a static tree, ticked, with bounded retries.  Sole importer of py_trees.
+"""Behaviour tree on py_trees: a static tree, ticked, with bounded retries.
 
 The tree is the one that a user would write from the task's planning rules:
 
@@ -12,8 +12,7 @@ The sequence remembers what has succeeded; a selector checks its condition at ea
 the skill that helps runs before each further try.  It is the rule's `between_tries`, or else its
 `on_failure`: a tree makes no next plan, for which a recovery after the last try would help.  The paper's
 table of baseline faithfulness (`tab:faithfulness`) has no recovery.
-Not modelled: a leaf that runs over several ticks.  No two leaves run at the same time here, so it would
-change nothing.
+A leaf runs within one tick. What an expert would add, and what it gains, shows `expert_tree.py`.
 """
 
 from __future__ import annotations
@@ -71,7 +70,7 @@ class BehaviourTree:
         chosen = Selector(f"{name} or not needed", memory=False)
         chosen.add_children(
             [
-                _ConditionNode(name, context, rule.satisfied_condition),
+                ConditionNode(name, context, rule.satisfied_condition),
                 Retry(f"{name}, retried", attempt, self._max_tries),
             ]
         )
@@ -87,14 +86,21 @@ class _Counters:
         self.reason = ""
 
 
-class _ConditionNode(Behaviour):
-    """Condition node: succeeds where `term` is measured as true."""
+class ConditionNode(Behaviour):
+    """Condition node: succeeds where a condition is measured as true.
+
+    Args:
+        name: name of the node that it guards.
+        context: of the trial.
+        term: the condition.
+    """
 
     def __init__(self, name: str, context: TrialContext, term: t.Term) -> None:
         super().__init__(f"{name}: needless?")
         self._context, self._term = context, term
 
     def update(self) -> Status:
+        """Implement `Behaviour.update`."""
         is_met = self._context.world().truth_by_known_values(self._term) is True
         return Status.SUCCESS if is_met else Status.FAILURE
 

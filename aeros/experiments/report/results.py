@@ -16,7 +16,15 @@ from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
 from aeros.experiments.environment import environment
 from aeros.experiments.inputs import TrialInputs
 from aeros.experiments.report.sampled_rate import exact_at_sampled_rate
-from aeros.experiments.statistics import fisher_exact_test, mcnemar, median_interval, wilson
+from aeros.experiments.statistics import (
+    detectable_difference,
+    difference_interval,
+    fisher_exact_test,
+    holm,
+    mcnemar,
+    median_interval,
+    wilson,
+)
 from aeros.experiments.trial_kinds import (
     ATTEMPT_FIELD,
     EQUIVALENT_INTERVAL,
@@ -70,6 +78,7 @@ def compute_results(
         "trials": len(seeds),
         "seeds": [seeds[0], seeds[-1]],
         "premises": premises.digest,
+        "sources": premises.sources_digest,
         "environment": environment(),
         "work": _workload((row for one in experiments for row in one.rows), trials, premises, seeds),
         "experiments": shown,
@@ -116,7 +125,7 @@ def _experiment(
         "metrics": {metric.name: {"title": metric.title, "share": metric.is_share} for metric in one.metrics},
         "rows": rows,
         "means": _means(one, rows, of_rows, premises),
-        "tests": [_test(one, *pair, of_rows) for pair in one.compared_pairs],
+        "tests": corrected_tests([_test(one, *pair, of_rows) for pair in one.compared_pairs]),
         "figure": one.figure,
         "drawn": one.plotted_metrics,
         "timings": timings,
@@ -409,12 +418,12 @@ def _mean_share(shares: Sequence[float | None]) -> float | None:
 def _test(
     one: Experiment, first: str, second: str, of_rows: Mapping[Row, Sequence[Findings]]
 ) -> dict[str, Any]:
-    """Test task by task whether two variants succeed as often: by the paper's test, and paired by seed."""
+    """Compare how often two variants succeed, task by task: by the paper's test, and paired by seed."""
     paper = read_data("paper.toml")["fisher"] if (first, second) == ("aeros", "behaviour_tree") else {}
-    by_place = {(row.variant, row.task): found for row, found in of_rows.items()}
+    by_place = {(row.variant, row.task, row.sweep_value): found for row, found in of_rows.items()}
     compared = []
-    for task in dict.fromkeys(row.task for row in of_rows):
-        pair = by_place.get((first, task)), by_place.get((second, task))
+    for task, at in dict.fromkeys((row.task, row.sweep_value) for row in of_rows):
+        pair = by_place.get((first, task, at)), by_place.get((second, task, at))
         if pair[0] is None or pair[1] is None:
             continue
         hits = [[bool(trial["reached"]) for trial in found] for found in pair if found is not None]
@@ -424,6 +433,10 @@ def _test(
         compared.append(
             {
                 "task": task,
+                "at": at,
+                "counts": counts,
+                "detectable": 100 * detectable_difference(*max(counts)),
+                "difference": [100 * one for one in difference_interval(*counts)],
                 "fisher": fisher_exact_test(*counts),
                 "one_sided": fisher_exact_test(*counts, one_sided=True),
                 "mcnemar": mcnemar(sum(alone), sum(other)),
@@ -431,3 +444,20 @@ def _test(
             }
         )
     return {"first": one.variants[first], "second": one.variants[second], "by_task": compared}
+
+
+def corrected_tests(tests: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Add p-values that are corrected for the number of tests of an experiment.
+
+    Args:
+        tests: comparisons of one experiment, each with its tests by task.
+
+    Returns:
+        The same, with `fisher_holm` and `mcnemar_holm` for each task.
+    """
+    found = [{**test, "by_task": [dict(one) for one in test["by_task"]]} for test in tests]
+    each = [one for test in found for one in test["by_task"]]
+    for name in ("fisher", "mcnemar"):
+        for one, value in zip(each, holm([one[name] for one in each]), strict=True):
+            one[f"{name}_holm"] = value
+    return found

@@ -17,20 +17,39 @@ RESULTS: Final = "results.json"
 FIGURES: Final = "figures"
 
 
-def index_page(folders: Iterable[Path]) -> str:
+def is_stale(results: Mapping[str, Any], sources_digest: str) -> bool:
+    """Tell if results were made with other code, modules, scenes or another site.
+
+    Args:
+        results: of `compute_results`, or older ones, which say nothing of their sources.
+        sources_digest: `TrialInputs.sources_digest` of what there is now.
+
+    Returns:
+        True if it is not known that a run would give them again.
+    """
+    return bool(results.get("sources") != sources_digest)
+
+
+def index_page(folders: Iterable[Path], sources_digest: str) -> str:
     """Build one page of Markdown from the results of several reports.
 
     Reports of lower experiments come first, and of these the one on physics.
 
     Args:
         folders: of the reports; the page is to stand next to the folder that they are in.
+        sources_digest: `TrialInputs.sources_digest` of what there is now.
 
     Returns:
         Markdown.
     """
     kept = [(folder, json.loads((folder / RESULTS).read_text(encoding="utf-8"))) for folder in folders]
     kept.sort(key=lambda one: (min(of["number"] for of in one[1]["experiments"]), one[1]["plant"]))
-    lines = [_index_line(f"{folder.parent.name}/{folder.name}", results) for folder, results in kept]
+    lines = [
+        _index_line(
+            f"{folder.parent.name}/{folder.name}", results, is_stale=is_stale(results, sources_digest)
+        )
+        for folder, results in kept
+    ]
     parts = [
         "# Results\n\nGenerated of the results beside it, and held to them by a test; what all of it means, "
         "[experiments](experiments.md) says.\n\n" + "\n".join(lines) + "\n"
@@ -41,12 +60,14 @@ def index_page(folders: Iterable[Path]) -> str:
     return "\n".join(parts)
 
 
-def _index_line(folder: str, results: Mapping[str, Any]) -> str:
+def _index_line(folder: str, results: Mapping[str, Any], *, is_stale: bool) -> str:
     """Build the line of a report in the page's contents, with a link to its data."""
     title = title_of(results)
     anchor = re.sub(r"[^a-z0-9 -]", "", title.lower()).replace(" ", "-")
+    stale = ". **Stale**: code, modules or site have changed since" if is_stale else ""
     return (
-        f"- [{title}](#{anchor}), {results['trials']} trials of each condition ([data]({folder}/{RESULTS}))"
+        f"- [{title}](#{anchor}), {results['trials']} trials of each condition "
+        f"([data]({folder}/{RESULTS})){stale}"
     )
 
 

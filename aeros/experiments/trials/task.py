@@ -1,8 +1,9 @@
 """Trials of one task: an architecture pursues it, and one of its skills fails at the condition's rate.
 
 Settings of a condition: `task`; `architecture`, `options`; `skill`, `outcome` and `rate`, the failure;
-`policy`, whether the gate decides; `faults`, on physics the faults file whose every fault has that rate;
-`bursts`, where attempts are not independent: `mean_length`, and the rates `within` and `between` them.
+`policy`, whether the gate decides; `budget`, at most so many `tries` of that skill, or `seconds` of plant
+time; `faults`, on physics the faults file whose every fault has that rate; `bursts`, where attempts are not
+independent: `mean_length`, and the rates `within` and `between` them.
 
 On the symbolic plant the outcome's declared probability is the rate, and no other declared failure happens.
 On physics nothing is declared: the faults happen at that rate, and outcomes are measured.
@@ -20,7 +21,13 @@ from functools import cache
 from typing import Any, Final
 
 from aeros.agent.planning.routing import RoutedTask
-from aeros.experiments.architecture import ArchitectureReport, TrialModel, build_architecture
+from aeros.experiments.architecture import (
+    ArchitectureReport,
+    Budget,
+    BudgetSpentError,
+    TrialModel,
+    build_architecture,
+)
 from aeros.experiments.condition import TrialCondition
 from aeros.experiments.exact_prediction import predict
 from aeros.experiments.failure_models import (
@@ -54,7 +61,7 @@ from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.task_parameters import arguments_in_force
 
-_ARCHITECTURE_SETTINGS: Final = {"architecture", "options"}
+_ARCHITECTURE_SETTINGS: Final = {"architecture", "options", "budget"}
 """Settings that decide the requests to a plant, but not its answers."""
 
 
@@ -77,6 +84,7 @@ class TaskTrials:
             configuration = without_policy(configuration)
             gate = OpenGate(configuration)
         watched, judged = (routed.module, settings["skill"]), _is_judged_by_measurement(condition)
+        budget = Budget(**settings.get("budget", {}))
         plants_alike = f"{premises.digest} {condition.plant} {self.scheduling_group(condition)}"
         stream_of = self._random_streams(condition, premises)
         with ExitStack() as stack:
@@ -98,7 +106,7 @@ class TaskTrials:
             def tried(seed: int, stream: RandomStream, traces: list[PlantTrace]) -> Findings:
                 began = time.process_time()
                 with ReplayingRuntime(configuration, traces, stream, lambda: live(seed, *bench())) as runtime:
-                    counting = CountingRuntime(runtime, watched, judge_by_measurement=judged)
+                    counting = CountingRuntime(runtime, watched, judge_by_measurement=judged, budget=budget)
                     found = _run_architecture(counting, routed, settings, seed)
                 state, took = runtime.state, time.process_time() - began
                 judgement = judge_goal(
@@ -110,6 +118,8 @@ class TaskTrials:
                 )
                 if judgement.true is not None:
                     found |= {"reached": judgement.true, "believed": judgement.believed}
+                if budget.seconds is not None and state.now > budget.seconds:
+                    found["reached"] = False
                 return {
                     **found,
                     **state.counts,
@@ -204,7 +214,12 @@ def _predicted(
     """Predict the condition's architecture exactly, as the weighted mean over models."""
     total = dict.fromkeys(PREDICTED_FIELDS, Fraction(0))
     for weight, model in models:
-        found = predict(lambda: build_architecture(settings["architecture"], settings["options"]), model)
+        found = predict(
+            lambda: build_architecture(settings["architecture"], settings["options"]),
+            model,
+            Budget(**settings.get("budget", {})),
+            settings["skill"],
+        )
         total = {name: value + weight * getattr(found, name) for name, value in total.items()}
     return {name: float(value) for name, value in total.items()}
 
@@ -261,15 +276,17 @@ def _run_architecture(
     architecture = build_architecture(settings["architecture"], settings["options"])
     raised = ""
     try:
-        report = architecture.pursue(context)
+        counted = architecture.pursue(context).findings()
+    except BudgetSpentError as spent:  # what the architecture counted so far is not known
+        counted = {"reason": str(spent)}
     except (AuditError, InternalError, KeyboardInterrupt):
         raise
     except Exception as error:
         raised = f"{type(error).__name__}: {error}"
-        report = ArchitectureReport(reason=raised)
+        counted = ArchitectureReport(reason=raised).findings()
     found = {
         "reached": context.is_goal_measured(),
-        **report.findings(),
+        **counted,
         "raised": raised,
         "steps": counting.steps,
         "actions": counting.actions,

@@ -8,7 +8,13 @@ from fractions import Fraction
 import pytest
 
 from aeros.agent.planning.task_graph import PlanStep
-from aeros.experiments.architecture import Architecture, ArchitectureReport, TrialContext, build_architecture
+from aeros.experiments.architecture import (
+    Architecture,
+    ArchitectureReport,
+    Budget,
+    TrialContext,
+    build_architecture,
+)
 from aeros.experiments.exact_prediction import predict
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from tests.unit.experiments.support.common import FAILURES, model
@@ -24,6 +30,31 @@ def test_so_many_attempts_at_a_rate_of_failure_succeed_with_1_less_its_power(
 ) -> None:
     rate = Fraction(FAILURES[task][2])
     assert predict(lambda: build_architecture(name, {}), model(task=task)).success == 1 - rate**tries
+
+
+@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("tries", [1, 3, 7])
+def test_at_equal_budgets_all_that_go_on_succeed_as_often(task: str, tries: int) -> None:
+    rate, skill = Fraction(FAILURES[task][2]), FAILURES[task][0]
+    patient = {
+        "behaviour_tree": {"max_tries": 9},
+        "progprompt": {"max_plans": 9},
+        "expert_tree": {"max_tries": 9},
+    }
+    for name, options in patient.items():
+        found = predict(
+            lambda name=name, options=options: build_architecture(name, options),  # type: ignore[misc]
+            model(task=task),
+            Budget(tries=tries),
+            skill,
+        )
+        assert found.success == 1 - rate**tries, name
+
+
+@pytest.mark.parametrize(("name", "budget"), [("aeros", Budget(tries=3)), ("flat", Budget(seconds=3.0))])
+def test_of_a_budget_that_no_chain_has_nothing_is_predicted(name: str, budget: Budget) -> None:
+    with pytest.raises(StateSpaceError, match="budget"):
+        predict(lambda: build_architecture(name, {}), model(), budget, "wrap")
 
 
 def test_expected_counts_are_of_runs_that_reach_the_goal_or_not() -> None:

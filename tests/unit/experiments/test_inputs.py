@@ -45,7 +45,9 @@ def test_inputs_are_loaded_once_and_known_by_configuration_code_and_releases() -
     found = load_inputs(WHERE)
     assert load_inputs(InputPaths(WHERE.modules_folder)) is found
     scenes = scene_digest(found.paths.modules_folder)
-    whole = f"{found.configuration.digest} {code_digest()} {scenes} {package_versions()}"
+    sources = f"{found.configuration.digest} {code_digest()} {scenes}"
+    assert found.sources_digest == hashlib.sha256(sources.encode()).hexdigest()
+    whole = f"{found.sources_digest} {package_versions()}"
     assert found.digest == hashlib.sha256(whole.encode()).hexdigest()
     assert set(found.configuration.modules) == {
         *("clean_table", "fetch_object", "inspect_table", "make_dumplings", "serve_table")
@@ -98,7 +100,7 @@ def test_code_that_shows_or_asks_decides_no_finding(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr("aeros.experiments.inputs.digest_of_files", keep)
     assert code_digest.__wrapped__() == "d"
     parts = {Path(one).parts[0] for one in seen}
-    assert not parts & {"cli", "docs", "api.py"}
+    assert not parts & {"cli", "docs", "api.py", "apps", "franka", "gym", "ros2_control"}
     assert {"agent", "runtime", "spec", "sim", "skill.py"} <= parts
     experiments = {Path(one).parts[1] for one in seen if Path(one).parts[0] == "experiments"}
     assert {"architectures", "trial_context.py", "open_gate.py"} <= experiments

@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+from math import pi, sin
+
 import pytest
 
-from aeros.experiments.statistics import fisher_exact_test, mcnemar, median_interval, wilson
+from aeros.experiments.statistics import (
+    detectable_difference,
+    difference_interval,
+    fisher_exact_test,
+    holm,
+    mcnemar,
+    median_interval,
+    wilson,
+)
 
 
 @pytest.mark.parametrize(
@@ -43,3 +53,33 @@ def test_the_interval_of_a_median_is_between_ranks(count: int, places: tuple[int
 
 def test_few_values_have_no_interval_of_their_median() -> None:
     assert median_interval([1.0, 2.0, 3.0, 4.0, 5.0]) is None
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "interval"),
+    # Newcombe 1998, table II, method 10: contrasts (a), (c) and (h)
+    [
+        ((56, 70), (48, 80), (0.0524, 0.3339)),
+        ((9, 10), (3, 10), (0.1705, 0.8090)),
+        ((10, 10), (0, 10), (0.6075, 1.0)),
+    ],
+)
+def test_the_interval_of_a_difference_is_newcombes(
+    one: tuple[int, int], other: tuple[int, int], interval: tuple[float, float]
+) -> None:
+    assert difference_interval(one, other) == pytest.approx(interval, abs=6e-5)
+    low, high = difference_interval(other, one)
+    assert (-high, -low) == pytest.approx(interval, abs=6e-5)
+
+
+def test_holm_multiplies_by_the_tests_that_are_left_and_keeps_the_order() -> None:
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert holm([0.9, 0.8]) == [1.0, 1.0]
+    assert holm([]) == []
+
+
+def test_a_difference_that_is_detectable_is_found_in_four_of_five_cases() -> None:
+    # Cohen 1988, table 6.4.1: 98 of each are needed for h = 0.40, by which 2 asin(√p) falls
+    assert detectable_difference(49, 98) == pytest.approx(0.5 - sin(pi / 4 - 0.20) ** 2, abs=1e-3)
+    assert detectable_difference(100, 100) == pytest.approx(0.0386, abs=2e-4)
+    assert detectable_difference(1, 100) == pytest.approx(0.01)

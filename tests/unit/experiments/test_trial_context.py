@@ -7,9 +7,10 @@ from fractions import Fraction
 
 import pytest
 
+from aeros.agent.execution.supervisor import StepAssessment
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments import trial_context
-from aeros.experiments.architecture import CallLimitError
+from aeros.experiments.architecture import Budget, BudgetSpentError, CallLimitError
 from aeros.runtime.ports import EndedStep, StepHandle, StepRequest, StepResult, StepStatus
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.agent.dumplings import DUMPLING, module, outcome, skill
@@ -179,3 +180,38 @@ def test_an_architecture_that_never_gives_up_is_ended_and_the_harness_measures_a
     trial.runtime.state["dumpling_cooked"] = True
     assert trial.context.is_goal_measured()
     assert trial.context.is_goal_reached()
+
+
+# Budgets.
+
+
+def test_a_budget_of_tries_ends_the_trial_before_a_further_try() -> None:
+    trial = Trial({"wrap": ["misaligned"] * 5}, budget=Budget(tries=2))
+    run(trial, "prepare", *["recover", "wrap"] * 2, "recover")
+    with pytest.raises(BudgetSpentError):
+        run(trial, "wrap")
+    assert trial.counting.tries == 2
+    run(trial, "prepare")  # other skills are not counted
+
+
+def test_a_budget_of_time_lets_nothing_begin_after_it() -> None:
+    trial = Trial(budget=Budget(seconds=103.0))
+    run(trial, "prepare")
+    trial.runtime.clock = 103.0
+    with pytest.raises(BudgetSpentError):
+        run(trial, "recover")
+    assert trial.runtime.submitted == ["prepare"]
+
+
+def test_a_skill_that_was_begun_goes_on_until_it_ends_or_is_halted() -> None:
+    trial = Trial()
+    begun = trial.context.begin(step("prepare"))
+    assert not isinstance(begun, StepAssessment)
+    ended = begun.wait(100.0)
+    assert ended is not None
+    assert not ended.failed
+    begun = trial.context.begin(step("recover"))
+    assert not isinstance(begun, StepAssessment)
+    begun.halt()
+    assert list(trial.runtime.cancelled.values()) == ["the architecture halts it"]
+    assert trial.runtime.under_way == {}

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from aeros.experiments.report.document import document, title_of
+from aeros.experiments.report.results import corrected_tests
 from tests.unit.experiments.report.made_up import cell, experiment, results, row, share
 
 
@@ -182,12 +183,14 @@ def test_means_over_tasks_have_a_table_of_their_own() -> None:
 
 
 def test_tests_overhead_and_times_are_tables() -> None:
-    by_task = [{"task": "t", "paper": None, "one_sided": 0.0312, "fisher": 0.0599, "mcnemar": 1.0}]
+    tested = {"paper": None, "one_sided": 0.0312, "fisher": 0.0599, "mcnemar": 1.0}
+    shares = {"counts": [[100, 100], [95, 100]], "difference": [0.53, 11.21], "detectable": 7.66}
+    by_task = [{"task": "t", "at": "3-tries", **tested, **shares}]
     timings = {"4/a": {"alone_s": 0.0123, "reaction_s": 0.5}, "4/b": {"alone_s": 0.002}}
     blocks = text_of(
         experiment(
             ONE,
-            tests=[{"first": "aeros", "second": "tree", "by_task": by_task}],
+            tests=corrected_tests([{"first": "aeros", "second": "tree", "by_task": by_task * 2}]),
             overhead=[
                 {"title": "flat", "paper": 24, "measured": 3.14159},
                 {"title": "tree", "paper": None, "measured": 2.0},
@@ -195,7 +198,8 @@ def test_tests_overhead_and_times_are_tables() -> None:
             timings=timings,
         )
     )
-    assert table_with(blocks, "aeros against tree")[1] == ["t", "", "0.031", "0.06", "1"]
+    row = ["t 3-tries", "5.0 [0.5, 11.2]", "7.7", "", "0.031", "0.06", "0.12", "1", "1"]
+    assert table_with(blocks, "aeros against tree")[1] == row
     assert any(text.startswith("The paper's values are of Fisher's exact test") for text in blocks)
     assert table_with(blocks, "a trial without physics")[1:] == [["flat", "24", "3.1"], ["tree", "", "2.0"]]
     head, first, second = next(rows_of(text) for text in blocks if "by itself, ms" in text)

@@ -99,7 +99,12 @@ def test_pairs_are_tested_task_by_task(results: dict[str, Any]) -> None:
     (four,) = (one for one in results["experiments"] if one["number"] == 4)
     first = four["tests"][0]
     assert [one["paper"] for one in first["by_task"]] == ["0.030", "< 0.001", "0.007"]
-    assert all(0 < one["fisher"] <= 1 and 0 < one["mcnemar"] <= 1 for one in first["by_task"])
+    for one in (one for test in four["tests"] for one in test["by_task"]):
+        for name in ("fisher", "mcnemar"):
+            assert 0 < one[name] <= one[f"{name}_holm"] <= min(1.0, 6 * one[name])
+        low, high = one["difference"]
+        (hits, of), (others, _) = one["counts"]
+        assert low <= 100 * (hits - others) / of <= high
 
 
 def test_times_of_trials_are_compared_with_the_paper(results: dict[str, Any]) -> None:

@@ -62,7 +62,12 @@ def test_the_page_over_several_has_the_lowest_first_and_of_these_physics(tmp_pat
         folder.mkdir(parents=True)
         write_report(made(number, plant, figure="intervals"), folder)
         folders.append(folder)
-    page = index_page(folders)
+    page = index_page(folders, "")
+    assert page.count("**Stale**: code, modules or site have changed since") == 3
+    fresh = [json.loads((folder / RESULTS).read_text(encoding="utf-8")) for folder in folders]
+    for folder, given in zip(folders, fresh, strict=True):
+        (folder / RESULTS).write_text(json.dumps(given | {"sources": "now"}), encoding="utf-8")
+    page = index_page(folders, "now")
     assert page.startswith("# Results\n\nGenerated of the results beside it")
     assert re.findall(
         r"^- \[(.+?)\]\(#(.+?)\), 100 trials of each condition \(\[data\]\((.+?)\)\)$", page, re.MULTILINE
@@ -88,7 +93,7 @@ def test_of_a_report_the_lowest_experiment_counts_and_anchors_hold_no_signs(tmp_
     for name, given in (("x", made(5)), ("y", several)):
         (tmp_path / name).mkdir()
         write_report(given, tmp_path / name)
-    page = index_page([tmp_path / "x", tmp_path / "y"])
+    page = index_page([tmp_path / "x", tmp_path / "y"], "")
     lines = [line for line in page.splitlines() if line.startswith("- [")]
     assert lines[0].startswith(
         "- [Experiments 2 to 3, 9 on the symbolic plant](#experiments-2-to-3-9-on-the-symb"

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import cast
 
 from aeros.agent.planning.routing import RoutedTask
+from aeros.experiments.architecture import NO_BUDGET, Budget
 from aeros.experiments.trial_context import CountingRuntime, TrialContextImpl
 from aeros.runtime.ports import Runtime
 from aeros.spec.model.ecm import Task
@@ -25,8 +26,11 @@ class Trial:
         task: Task = MAKE_DUMPLINGS,
         *,
         judge: bool = True,
+        budget: Budget = NO_BUDGET,
     ) -> None:
         scripted = {name: list(listed) for name, listed in (endings or {}).items()}
         self.runtime = runtime or FakeRuntime(endings=scripted)
-        self.counting = CountingRuntime(cast(Runtime, self.runtime), WRAP, judge_by_measurement=judge)
+        self.counting = CountingRuntime(
+            cast(Runtime, self.runtime), WRAP, judge_by_measurement=judge, budget=budget
+        )
         self.context = TrialContextImpl(self.counting, RoutedTask("dumpling", task), 7)
