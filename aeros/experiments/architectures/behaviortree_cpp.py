@@ -7,6 +7,7 @@ The tree is that of `expert_tree.py` in the nodes of BehaviorTree.CPP 4: `Reacti
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -16,6 +17,7 @@ from aeros.agent.planning.base import step_of_rule
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments.architecture import ArchitectureReport, TrialContext
 from aeros.experiments.architectures.ticked_skill import TickedSkill, TreeCounters
+from aeros.spec.expr.terms import Term
 
 
 class BehaviorTreeCpp:
@@ -49,8 +51,7 @@ class BehaviorTreeCpp:
             if helper is not None:
                 recovery = nodes.action(helper, is_recovery=True)
                 attempt = f"<Fallback>{attempt}<Inverter>{recovery}</Inverter></Fallback>"
-            term = rule.satisfied_condition
-            condition = nodes.condition(lambda term=term: context.world().truth_by_known_values(term) is True)
+            condition = nodes.condition(partial(_is_met, context, rule.satisfied_condition))
             parts.append(
                 f"<ReactiveFallback>{condition}{retried}{attempt}</RetryUntilSuccessful></ReactiveFallback>"
             )
@@ -59,6 +60,10 @@ class BehaviorTreeCpp:
             f'<RetryUntilSuccessful num_attempts="{self._max_starts}">'
             f"<Sequence>{nodes.start()}{''.join(parts)}</Sequence></RetryUntilSuccessful></BehaviorTree></root>"
         )
+
+
+def _is_met(context: TrialContext, term: Term) -> bool:
+    return context.world().truth_by_known_values(term) is True
 
 
 class _Nodes:

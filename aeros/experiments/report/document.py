@@ -320,5 +320,5 @@ _ABOUT_TESTS: Final = (
 
 def _difference(one: Mapping[str, Any]) -> float:
     """Return the difference of two shares, in points of percent."""
-    first, second = (hits / trials for hits, trials in one["counts"])
-    return 100 * (first - second)
+    first, second = (float(hits / trials) for hits, trials in one["counts"])
+    return 100.0 * (first - second)

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
 from aeros.experiments.report.document import document, title_of
 from aeros.experiments.report.html import as_html
-from aeros.experiments.report.markdown import as_markdown
+from aeros.experiments.report.markdown import Block, as_markdown, heading, table
+from aeros.experiments.report.questions import question_blocks
 from aeros.files import replace_durably
 
 RESULTS: Final = "results.json"
 FIGURES: Final = "figures"
+REPORT: Final = "report.md"
 
 
 def is_stale(results: Mapping[str, Any], sources_digest: str) -> bool:
@@ -31,7 +32,7 @@ def is_stale(results: Mapping[str, Any], sources_digest: str) -> bool:
 
 
 def index_page(folders: Iterable[Path], sources_digest: str) -> str:
-    """Build one page of Markdown from the results of several reports.
+    """Build the page of results: what is kept, and the questions that it answers.
 
     Reports of lower experiments come first, and of these the one on physics.
 
@@ -44,30 +45,53 @@ def index_page(folders: Iterable[Path], sources_digest: str) -> str:
     """
     kept = [(folder, json.loads((folder / RESULTS).read_text(encoding="utf-8"))) for folder in folders]
     kept.sort(key=lambda one: (min(of["number"] for of in one[1]["experiments"]), one[1]["plant"]))
-    lines = [
-        _index_line(
-            f"{folder.parent.name}/{folder.name}", results, is_stale=is_stale(results, sources_digest)
-        )
+    answers = question_blocks({folder.name: results for folder, results in kept})
+    rows = [
+        _kept_row(f"{folder.parent.name}/{folder.name}", results, is_stale=is_stale(results, sources_digest))
         for folder, results in kept
     ]
-    parts = [
-        "# Results\n\nGenerated of the results beside it, and held to them by a test; what all of it means, "
-        "[experiments](experiments.md) says.\n\n" + "\n".join(lines) + "\n"
+    blocks = [
+        heading(1, "Results"),
+        Block(_INTRODUCTION),
+        *answers,
+        heading(2, "What is kept"),
+        Block(_ABOUT_KEPT),
+        table(("report", "trials of each condition", "commit", "state", "data"), rows),
+        heading(2, "Run it again"),
+        Block(_AGAIN),
     ]
-    for folder, results in kept:
-        figures = f"{folder.parent.name}/{folder.name}/{FIGURES}"
-        parts.append(as_markdown(document(results, figures, top_level=2)))
-    return "\n".join(parts)
+    return as_markdown(blocks)
 
 
-def _index_line(folder: str, results: Mapping[str, Any], *, is_stale: bool) -> str:
-    """Build the line of a report in the page's contents, with a link to its data."""
-    title = title_of(results)
-    anchor = re.sub(r"[^a-z0-9 -]", "", title.lower()).replace(" ", "-")
-    stale = ". **Stale**: code, modules or site have changed since" if is_stale else ""
+_INTRODUCTION: Final = (
+    "Each question has one table: the value that the paper reports, the exact value, computed of the "
+    "manifests that ran, and the measured one with its 95 % interval. Success is what is true in the "
+    "simulator, where the scene defines it. The page is generated of the kept results, and a test holds it to them; "
+    "[experiments](experiments.md) says how they are made."
+)
+_ABOUT_KEPT: Final = (
+    "A report has all conditions, metrics, tests and figures; its data has every trial. *Stale*: code, "
+    "modules, scenes or site have changed since, so a run today need not give the same. A commit with `+` "
+    "had changes that were not committed."
+)
+_AGAIN: Final = (
+    "```sh\n"
+    "aeros experiment all --out runs/full --resume    # everything, on physics: hours\n"
+    "aeros experiment 4 16 --plant symbolic    # minutes\n"
+    "aeros experiment 8/aeros/make_dumplings/0.90 --trials 1000    # one condition\n"
+    "```"
+)
+
+
+def _kept_row(folder: str, results: Mapping[str, Any], *, is_stale: bool) -> tuple[str, ...]:
+    """Build the row of a report, with links to it and to its data."""
+    commit = results["environment"]["commit"] or "not known"
     return (
-        f"- [{title}](#{anchor}), {results['trials']} trials of each condition "
-        f"([data]({folder}/{RESULTS})){stale}"
+        f"[{title_of(results)}]({folder}/{REPORT})",
+        str(results["trials"]),
+        f"`{commit[:10]}{'+' * commit.endswith('+')}`" if commit != "not known" else commit,
+        "**stale**" if is_stale else "of this code",
+        f"[results]({folder}/{RESULTS})",
     )
 
 
@@ -84,7 +108,7 @@ def write_report(results: Mapping[str, Any], folder: Path) -> None:
     blocks = list(document(results, FIGURES))
     replace_durably(folder / RESULTS, (json.dumps(results, indent=1, ensure_ascii=False) + "\n").encode())
     replace_durably(folder / "report.html", as_html(blocks, "AEROS experiments").encode())
-    replace_durably(folder / "report.md", as_markdown(blocks).encode())
+    replace_durably(folder / REPORT, as_markdown(blocks).encode())
     (folder / FIGURES).mkdir(exist_ok=True)
     for figure in (block.figure for block in blocks if block.figure is not None):
         replace_durably(folder / FIGURES / f"{figure.name}.svg", figure.svg.encode())

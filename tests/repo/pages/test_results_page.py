@@ -1,6 +1,7 @@
 """docs/results.md is generated from all kept results, and does not exist without any.
 
-A report becomes one of them as `docs/results/NAME/`: `results.json`, `figures/` and `trials.jsonl.xz`.
+A report becomes one of them as `docs/results/NAME/`: `results.json`, `report.md`, `figures/` and
+`trials.jsonl.xz`.
 """
 
 from __future__ import annotations
@@ -14,10 +15,13 @@ from typing import Any
 
 import pytest
 
-from aeros.experiments.catalogue import catalogue
+from aeros.experiments.catalogue import catalogue, read_data
+from aeros.experiments.report.document import document
 from aeros.experiments.report.figures import data_digest, figures_of
+from aeros.experiments.report.markdown import as_markdown
+from aeros.experiments.report.questions import PLACEHOLDER
 from aeros.experiments.report.results import measure_metric
-from aeros.experiments.report.write import FIGURES, RESULTS, index_page
+from aeros.experiments.report.write import FIGURES, REPORT, RESULTS, index_page
 from tests.repo.tree import ROOT, UPDATE
 from tests.unit.experiments.support.common import premises
 
@@ -32,6 +36,23 @@ def test_the_page_says_what_is_kept_and_nothing_else() -> None:
         PAGE.write_text(expected, encoding="utf-8")
         pytest.fail(f"{PAGE} was rewritten")
     assert found == expected
+
+
+@pytest.mark.parametrize("folder", KEPT, ids=lambda folder: folder.name)
+def test_a_report_says_what_its_results_are(folder: Path) -> None:
+    results = json.loads((folder / RESULTS).read_text(encoding="utf-8"))
+    path, expected = folder / REPORT, as_markdown(document(results, FIGURES))
+    if UPDATE and (not path.exists() or path.read_text(encoding="utf-8") != expected):
+        path.write_text(expected, encoding="utf-8")
+        pytest.fail(f"{path} was rewritten")
+    assert path.read_text(encoding="utf-8") == expected
+
+
+def test_a_text_has_no_number_but_those_of_the_results() -> None:
+    for one in read_data("questions.toml")["question"]:
+        rest = re.sub(r"`[^`]*`", "", PLACEHOLDER.sub("", one["text"]))
+        assert not re.search(r"\d", rest), one["title"]
+    assert len(read_data("questions.toml")["question"]) <= 10
 
 
 def test_the_figures_are_drawn_of_what_is_kept() -> None:

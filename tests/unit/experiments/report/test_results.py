@@ -296,20 +296,20 @@ def test_the_boundary_is_drawn_of_what_was_measured(tmp_path: Path) -> None:
     assert "flat pipeline" in drawn
 
 
-def test_a_page_of_saved_results_names_the_figures_in_its_folder(
+def test_a_page_of_saved_results_leads_to_their_report_and_data(
     results: dict[str, Any], tmp_path: Path
 ) -> None:
-    kept = tmp_path / "results" / "symbolic"
+    kept = tmp_path / "results" / "kept"
     kept.mkdir(parents=True)
     write_report(results, kept)
-    page = index_page([kept])
-    assert page.startswith("# Results\n")
-    assert "\n## Experiments 1, 4 on the symbolic plant\n" in page
-    contents = "- [Experiments 1, 4 on the symbolic plant](#experiments-1-4-on-the-symbolic-plant), 6 trials"
-    assert f"\n{contents} of each condition ([data](results/symbolic/results.json))\n" in page
-    named = re.findall(r"\]\((results/[^)]+\.svg)\)", page)
+    page = index_page([kept], results["sources"])
+    row = "| [Experiments 1, 4 on the symbolic plant](results/kept/report.md) | 6 | "
+    (line,) = (line for line in page.splitlines() if line.startswith(row))
+    assert line.endswith("| of this code | [results](results/kept/results.json) |")
+    report = (kept / "report.md").read_text(encoding="utf-8")
+    named = re.findall(r"\]\((figures/[^)]+\.svg)\)", report)
     assert len(named) == 2
-    assert all((tmp_path / name).is_file() for name in named)
+    assert all((kept / name).is_file() for name in named)
 
 
 def test_results_of_layers_are_tabulated_and_drawn(tmp_path: Path) -> None:
