@@ -56,7 +56,7 @@ class CountingRuntime:
         self._runtime = runtime
         self._watched = counted_skill
         self._budget = budget
-        self._begun = 0
+        self._starts = 0
         self.judged = judge_by_measurement
         self._under_way: dict[StepHandle, Mapping[str, Any]] = {}
         self.steps = 0
@@ -74,14 +74,14 @@ class CountingRuntime:
         """
         is_counted = (request.module, request.skill) == self._watched
         tries, seconds = self._budget.tries, self._budget.seconds
-        has_no_try = is_counted and tries is not None and self._begun >= tries
+        has_no_try = is_counted and tries is not None and self._starts >= tries
         if has_no_try or (seconds is not None and self._runtime.now() >= seconds):
             raise BudgetSpentError
         started = self._runtime.start(request)
         if not isinstance(started, StepResult):
             self.steps += 1
             if is_counted:
-                self._begun += 1
+                self._starts += 1
                 self._under_way[started] = self._world().predicates
         return started
 
@@ -178,10 +178,10 @@ class TrialContextImpl:
 
     def run(self, step: PlanStep) -> StepAssessment:
         """Implement `TrialContext.run`."""
-        begun = self.begin(step)
-        if isinstance(begun, StepAssessment):
-            return begun
-        ended = begun.wait(inf)
+        started = self.begin(step)
+        if isinstance(started, StepAssessment):
+            return started
+        ended = started.wait(inf)
         if ended is None:
             raise MisuseError("wait() returned nothing without a deadline")
         return ended
@@ -209,10 +209,14 @@ class TrialContextImpl:
         def assess(result: StepResult) -> StepAssessment:
             return assess_step(module.id, skill, result, self.world(), before)
 
-        return assess(started) if isinstance(started, StepResult) else _Begun(self._runtime, started, assess)
+        return (
+            assess(started)
+            if isinstance(started, StepResult)
+            else _RunningStep(self._runtime, started, assess)
+        )
 
 
-class _Begun:
+class _RunningStep:
     """Implementation of `RunningStep`; nothing else is under way."""
 
     def __init__(

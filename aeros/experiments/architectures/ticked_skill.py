@@ -70,10 +70,10 @@ class TickedSkill:
             self._counters.recoveries += self._is_recovery
             self._counters.retries += self._is_tried and not self._is_recovery
             self._is_tried = True
-            begun = self._context.begin(self._step)
-            if isinstance(begun, StepAssessment):
-                return self._is_success(begun)
-            self._running = begun
+            started = self._context.begin(self._step)
+            if isinstance(started, StepAssessment):
+                return self._is_success(started)
+            self._running = started
         ended = self._running.wait(_TICK_S)
         if ended is None:
             return None

@@ -66,7 +66,11 @@ def _filled(text: str, rows: Mapping[str, Mapping[str, Any]]) -> str:
 def _table(
     one: Mapping[str, Any], rows: Mapping[str, Mapping[str, Any]], results: Mapping[str, Any]
 ) -> Block:
-    """Make the table of a question: for each metric the values that any of its rows has."""
+    """Make the table of a question: for each metric the values that any of its rows has.
+
+    Raises:
+        InternalError: the results do not have one of its rows.
+    """
     asked = {label: rows.get(id_) for label, id_ in one["rows"].items()}
     missing = [one["rows"][label] for label, cells in asked.items() if cells is None]
     if missing:

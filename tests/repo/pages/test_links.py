@@ -71,8 +71,8 @@ def test_every_decision_is_numbered_and_complete() -> None:
 
 _PAGES = {
     path.relative_to(ROOT / "docs").as_posix()
-    for folder in ("docs", "docs/how-to", "docs/reference")
-    for path in (ROOT / folder).glob("*.md")
+    for pattern in ("*.md", "how-to/*.md", "reference/*.md", "results/*/*.md")
+    for path in (ROOT / "docs").glob(pattern)
 }
 _FILES = SimpleNamespace(get_file_from_path=lambda path: path in _PAGES | {"codes/README.md"} or None)
 _REPOSITORY = "https://example.org/aeros"

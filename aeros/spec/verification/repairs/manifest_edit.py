@@ -140,14 +140,11 @@ class ManifestEditor:
         name, listed = next((entry for entry in entries if entry[0].text == key), (None, None))
         if name is None or not isinstance(listed, SequenceNode):
             return None
-        replaced = SourceSpan(self.source, name.span.end, max(listed.span.end, _end_of(listed)))
-        has_comment = any(line.lstrip().startswith("#") for line in replaced.text.splitlines())
-        text = replaced.text.rstrip()
-        return (
-            None
-            if has_comment
-            else Fix(SourceSpan(self.source, name.span.end, name.span.end + len(text)), ": []")
-        )
+        end = max(listed.span.end, _end_of(listed))
+        text = self.source.text[name.span.end : end].rstrip()
+        if any(line.lstrip().startswith("#") for line in text.splitlines()):
+            return None
+        return Fix(SourceSpan(self.source, name.span.end, name.span.end + len(text)), ": []")
 
     def remove_item(self, sequence: Node | None, number: int) -> Fix | None:
         """Remove an item of a list, and the comment behind it; comments on other lines stay.

@@ -83,10 +83,10 @@ def _without_kinds(editor: ManifestEditor, quota: Quota, kept: frozenset[str]) -
     counted = editor.node("policy", "quotas", number, "on")
     if not isinstance(counted, SequenceNode):
         return None
-    gone = [
+    removed = [
         at for at, one in enumerate(counted.items) if not (isinstance(one, ScalarNode) and one.text in kept)
     ]
-    return editor.remove_item(counted, gone[0]) if len(gone) == 1 else None
+    return editor.remove_item(counted, removed[0]) if len(removed) == 1 else None
 
 
 def _holds(node: Node, quota: Quota) -> bool:

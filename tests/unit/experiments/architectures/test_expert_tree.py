@@ -97,7 +97,7 @@ def test_a_leaf_runs_over_ticks_and_a_guard_that_holds_halts_it(name: str) -> No
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_ends_the_trial_ends_the_tree(name: str) -> None:
+def test_a_spent_budget_ends_the_tree(name: str) -> None:
     class Spent(FakeRuntime):
         def start(self, request: StepRequest) -> StepHandle | StepResult:
             raise BudgetSpentError

@@ -62,7 +62,7 @@ def quotas_of(source: Source) -> tuple[Quota, ...]:
         ([FIVE, quota("b", "grip", 9, 120)], None),
     ],
 )
-def test_what_changes_no_decision_is_removed(before: list[str], after: list[str] | None) -> None:
+def test_parts_that_change_no_decision_are_removed(before: list[str], after: list[str] | None) -> None:
     assert repair_quotas(with_quotas(*before)) == with_quotas(*(after or before)).text
 
 
