@@ -66,8 +66,8 @@ def index_page(folders: Iterable[Path], sources_digest: str) -> str:
 _INTRODUCTION: Final = (
     "Each question has one table: the value that the paper reports, the exact value, computed of the "
     "manifests that ran, and the measured one with its 95 % interval. Success is what is true in the "
-    "simulator, where the scene defines it. The page is generated of the kept results, and a test holds it to "
-    "them; [experiments](experiments.md) says how they are made."
+    "simulator, where the scene defines it. The page is generated of the kept results, and a test holds it "
+    "to them; [experiments](experiments.md) says how they are made."
 )
 _ABOUT_KEPT: Final = (
     "A report has all conditions, metrics, tests and figures; its data has every trial. *Stale*: code, "

@@ -1,10 +1,10 @@
-"""The tree on BehaviorTree.CPP is tested beside its twin in `test_expert_tree.py`; here, what it alone does."""
+"""The tree on BehaviorTree.CPP has its tests beside its twin, in `test_expert_tree.py`; here its errors."""
 
 from __future__ import annotations
 
 import pytest
 
-bt = pytest.importorskip("behaviortreepy", reason="needs `pip install '.[experiments]'`")
+pytest.importorskip("behaviortreepy", reason="needs `pip install '.[experiments]'`")
 
 from aeros.experiments.architectures.behaviortree_cpp import BehaviorTreeCpp
 from aeros.runtime.ports import StepHandle, StepRequest, StepResult
