@@ -111,3 +111,40 @@ def _number(value: float) -> str:
     if abs(value - 100) < 1e-9:
         return "100"
     return "> 99.9" if 99.95 <= value < 100 else f"{value:.1f}"
+
+
+ENTERED: Final = 16
+"""Number of the experiment that ranks entries: all have the same budgets."""
+
+
+def entries_table(kept: Kept) -> Block:
+    """Rank all architectures that took part in the experiment of equal budgets, baselines included.
+
+    Args:
+        kept: results by folder.
+
+    Returns:
+        A table of success on average over the tasks, the best on average over the budgets first.
+    """
+    means = [
+        (folder, results, mean)
+        for folder, results in kept.items()
+        for one in results["experiments"]
+        if one["number"] == ENTERED
+        for mean in one["means"]
+    ]
+    budgets = list(dict.fromkeys(mean["at"] for _, _, mean in means))
+    entries: dict[tuple[str, str, str], dict[str, Mapping[str, Any]]] = {}
+    for folder, results, mean in means:
+        entries.setdefault((mean["title"], folder, results["plant"]), {})[mean["at"]] = mean["cell"]
+    ranked = sorted(entries.items(), key=lambda entry: (-_mean_success(entry[1]), entry[0]))
+    head = ("entry", "results", "plant", *(f"success, %: {budget}" for budget in budgets))
+    rows = [
+        (title, folder, plant, *(_cell(cells.get(budget), "measured") for budget in budgets))
+        for (title, folder, plant), cells in ranked
+    ]
+    return table(head, rows)
+
+
+def _mean_success(cells: Mapping[str, Mapping[str, Any]]) -> float:
+    return sum(float(cell["measured"]) for cell in cells.values()) / len(cells)

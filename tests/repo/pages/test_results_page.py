@@ -19,13 +19,14 @@ from aeros.experiments.catalogue import catalogue, read_data
 from aeros.experiments.report.document import document
 from aeros.experiments.report.figures import data_digest, figures_of
 from aeros.experiments.report.markdown import as_markdown
-from aeros.experiments.report.questions import PLACEHOLDER
+from aeros.experiments.report.questions import PLACEHOLDER, entries_table
 from aeros.experiments.report.results import measure_metric
 from aeros.experiments.report.write import FIGURES, REPORT, RESULTS, index_page
 from tests.repo.tree import ROOT, UPDATE
 from tests.unit.experiments.support.common import premises
 
 PAGE = ROOT / "docs" / "results.md"
+ENTRIES = ROOT / "docs" / "how-to" / "enter.md"
 KEPT = sorted(path.parent for path in (ROOT / "docs" / "results").glob(f"*/{RESULTS}"))
 
 
@@ -36,6 +37,19 @@ def test_the_page_says_what_is_kept_and_nothing_else() -> None:
         PAGE.write_text(expected, encoding="utf-8")
         pytest.fail(f"{PAGE} was rewritten")
     assert found == expected
+
+
+def test_the_entries_are_those_of_the_results() -> None:
+    kept = {folder.name: json.loads((folder / RESULTS).read_text(encoding="utf-8")) for folder in KEPT}
+    page = ENTRIES.read_text(encoding="utf-8")
+    before, _, rest = page.partition("<!-- entries -->\n")
+    _, _, after = rest.partition("<!-- end of entries -->")
+    table = entries_table(kept).markdown
+    expected = f"{before}<!-- entries -->\n{table}\n<!-- end of entries -->{after}"
+    if UPDATE and page != expected:
+        ENTRIES.write_text(expected, encoding="utf-8")
+        pytest.fail(f"{ENTRIES} was rewritten")
+    assert page == expected
 
 
 @pytest.mark.parametrize("folder", KEPT, ids=lambda folder: folder.name)

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("matplotlib", reason="needs `pip install '.[experiments]'`")
 
 from aeros.experiments.report import questions
-from aeros.experiments.report.questions import question_blocks
+from aeros.experiments.report.questions import entries_table, question_blocks
 from aeros.spec.diagnostics.errors import InternalError
 from tests.unit.experiments.report.made_up import cell, experiment, results, row, share
 
@@ -70,3 +70,22 @@ def test_a_value_that_is_not_there_is_an_error(
 ) -> None:
     with pytest.raises(InternalError, match=message):
         asked(monkeypatch, **changed)
+
+
+def test_entries_of_all_reports_are_ranked_by_success_at_equal_budgets() -> None:
+    def mean(title: str, at: str, measured: float) -> dict[str, Any]:
+        return {"id": f"16/{title}/*/{at}", "title": title, "at": at, "cell": share(measured)}
+
+    ours = [mean("AEROS", "3-tries", 95.0), mean("AEROS", "120-s", 80.0), mean("tree", "3-tries", 90.0)]
+    kept = {
+        "ours": results(experiment(ROWS[0], number=16, means=ours)),
+        "theirs": results(experiment(ROWS[0], number=16, means=[mean("Mine", "120-s", 99.0)])),
+        "other": results(experiment(ROWS[0], number=4, means=[mean("flat", "", 100.0)])),
+    }
+    assert entries_table(kept).markdown.splitlines() == [
+        "| entry | results | plant | success, %: 3-tries | success, %: 120-s |",
+        "|---|---|---|---|---|",
+        "| Mine | theirs | symbolic |  | 99.0 [89.0, 109.0] |",
+        "| tree | ours | symbolic | 90.0 [80.0, 100] |  |",
+        "| AEROS | ours | symbolic | 95.0 [85.0, 105.0] | 80.0 [70.0, 90.0] |",
+    ]
