@@ -116,8 +116,13 @@ class TaskTrials:
                     routed.module,
                     arguments_in_force(configuration.modules.values(), routed.variables),
                 )
-                if judgement.true is not None:
-                    found |= {"reached": judgement.true, "believed": judgement.believed}
+                if judgement.true is not None or condition.plant == "physics":
+                    # Elsewhere the state is what is measured; here, what no scene defines is no success.
+                    found |= {
+                        "reached": judgement.true is True,
+                        "believed": judgement.believed,
+                        "false_claim": judgement.is_false_claim,
+                    }
                 if budget.seconds is not None and state.now > budget.seconds:
                     found["reached"] = False
                 return {

@@ -117,7 +117,7 @@ def test_where_the_truth_is_known_it_counts_and_the_belief_stands_beside_it(
     )
     monkeypatch.setattr(KIND, "_traces", PlantTraceCache())
     (found,) = trials(range(1), **changed)
-    assert (found["reached"], found["believed"]) == (is_true, True)
+    assert (found["reached"], found["believed"], found["false_claim"]) == (is_true, True, not is_true)
 
 
 @pytest.mark.parametrize(
@@ -127,3 +127,24 @@ def test_an_architecture_that_raises_or_does_not_end_has_failed(name: str, why: 
     (found,) = trials(range(1), architecture=f"tests.unit.experiments.support.entered:{name}")
     assert found["reached"] is False
     assert why in found["reason"]
+
+
+@pytest.mark.parametrize("budget", [{"tries": 1}, {"seconds": 20.0}])
+def test_a_budget_ends_the_trial_and_its_findings_say_so(budget: dict[str, float]) -> None:
+    changed = {"architecture": "aeros", "rate": "1", "budget": budget}
+    (found,) = trials(range(1), **changed)
+    assert not found["reached"]
+    assert found["reason"] == "the budget of the trial is spent"
+    assert "retries" not in found  # nobody counted them
+    assert not found["raised"]
+
+
+def test_a_goal_that_is_reached_after_the_time_does_not_count() -> None:
+    (whole,) = trials(range(1), architecture="aeros", rate="0")
+    assert whole["reached"]
+    late = {"seconds": whole["simulated_s"] - 0.5}  # the last step began before it
+    (found,) = trials(range(1), architecture="aeros", rate="0", budget=late)
+    assert (found["reached"], found["steps"]) == (False, whole["steps"])
+    in_time = {"seconds": whole["simulated_s"]}
+    (found,) = trials(range(1), architecture="aeros", rate="0", budget=in_time)
+    assert found["reached"]
