@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from aeros.franka.process import ProcessError
+from aeros.wired_arm.process import ProcessError
 from tests.unit.ros2_control.foreign.stub import JOINTS
 from tests.unit.ros2_control.test_plant import SETTINGS, opened
 from tests.unit.runtime.bus.ros2.foreign.environments import Domain

@@ -95,7 +95,8 @@ class Viewer:
         from mcap.records import Schema
         from mcap_ros2.decoder import DecoderFactory
 
-        factory, decoders = DecoderFactory(), {}
+        factory = DecoderFactory()
+        decoders: dict[str, Any] = {}
         for number, one in self.channels.items():
             schema = Schema(number, one["schema"].encode(), one["schemaEncoding"], one["schemaName"])
             decoders[one["topic"]] = factory.decoder_for(one["encoding"], schema)

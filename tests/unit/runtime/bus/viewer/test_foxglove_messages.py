@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import get_type_hints
+from typing import Any, get_type_hints
 
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -33,7 +33,7 @@ UNUSED = {"arrows", "cylinders", "lines", "triangles", "deletions"}
 
 def definitions() -> dict[str, list[tuple[str, str]]]:
     store = get_typestore(Stores.ROS2_HUMBLE)
-    found = {}
+    found: dict[str, Any] = {}
     for path in FOLDER.iterdir():
         found |= get_types_from_msg(path.read_text(), f"foxglove_msgs/msg/{path.stem}")
     store.register(found)
@@ -57,7 +57,9 @@ def test_a_scene_goes_through_the_encoding_of_ros_unchanged() -> None:
     cube = CubePrimitive(Pose(Point(1.0, 2.0, 3.0)), color=Color(0.5, 0.25, 0.0, 0.125))
     entity = SceneEntity(Time(1, 2), "world", "zone", cubes=(cube,), models=(ModelPrimitive(data=b"glTF"),))
     encoder = CdrEncoder()
-    there = encoder.store.deserialize_cdr(encoder.encode(SceneUpdate(entities=(entity,))), SceneUpdate.ros)
+    there: Any = encoder.store.deserialize_cdr(
+        encoder.encode(SceneUpdate(entities=(entity,))), SceneUpdate.ros
+    )
     (found,) = there.entities
     assert (found.id, found.timestamp.nanosec, found.cubes[0].color.g) == ("zone", 2, 0.25)
     assert found.cubes[0].pose.position.z == 3.0

@@ -7,12 +7,12 @@ from math import hypot, pi
 from operator import sub
 from typing import Any, Final
 
-from aeros.franka.arm import USER_STOPPED, ArmState
 from aeros.runtime.ports import Vec3
 from aeros.sim.kinematic.tool_kinematics import tool_kinematics
 from aeros.sim.robot.contact_estimate import estimate_contact_force
 from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import max_link_speed
+from aeros.wired_arm.arm import USER_STOPPED, ArmState
 
 _TORQUE_CUTOFF: Final = 30.0
 """Cut-off frequency of the first-order filter of torques, of which the rate is taken, Hz, as on the

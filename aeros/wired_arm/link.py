@@ -16,8 +16,8 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any, Final, NamedTuple
 
-from aeros.franka.arm import ArmState
-from aeros.franka.streamed_motion import PathPiece
+from aeros.wired_arm.arm import ArmState
+from aeros.wired_arm.streamed_motion import PathPiece
 
 _JUDGED: Final = struct.Struct("<cd")
 _PATH: Final = struct.Struct("<cdB")

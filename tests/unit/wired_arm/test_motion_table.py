@@ -4,12 +4,12 @@ from typing import Any
 
 import pytest
 
-from aeros.franka.arm import ArmState
-from aeros.franka.arm_client import StreamEnd
-from aeros.franka.motion_table import FINGER_TIME, SETTLE_TIME, MotionTable
 from aeros.runtime.ports import MotionCompletion, NoMotion, Trajectory
 from aeros.sim.robot.robot_file import read_robot
 from aeros.skill import Action
+from aeros.wired_arm.arm import ArmState
+from aeros.wired_arm.arm_client import StreamEnd
+from aeros.wired_arm.motion_table import FINGER_TIME, SETTLE_TIME, MotionTable
 from tests.unit.franka.stub.arms import READY, line
 
 STILL = (0.0,) * 7

@@ -6,9 +6,9 @@ import time
 from collections.abc import Mapping
 from typing import Any, Final
 
-from aeros.franka.link import LinkClosedError, event
-from aeros.franka.process import Process
 from aeros.runtime.ports import Reading
+from aeros.wired_arm.link import LinkClosedError, event
+from aeros.wired_arm.process import Process
 
 _INTERVAL: Final = 0.05
 """Time between two requests for the hand's state while something moves, s."""
@@ -27,6 +27,7 @@ class HandClient:
     Args:
         address: of the robot.
         finger_speed: of one finger, m/s.
+        module: program of the process.
 
     Raises:
         ProcessError: the hand cannot be reached.
@@ -36,8 +37,8 @@ class HandClient:
         failure: why the last command failed, or why the hand is gone; None if it did not and is not.
     """
 
-    def __init__(self, address: str, finger_speed: float) -> None:
-        self._process = Process("hand", {"address": address})
+    def __init__(self, address: str, finger_speed: float, module: str) -> None:
+        self._process = Process("hand", {"address": address}, module)
         self._speed = 2.0 * finger_speed
         self.is_busy = False
         self.failure: str | None = None

@@ -2,8 +2,8 @@ from itertools import pairwise
 
 import pytest
 
-from aeros.franka.arm import CYCLE, Joints
-from aeros.franka.streamed_motion import BrakeClock, StreamedMotion
+from aeros.wired_arm.arm import CYCLE, Joints
+from aeros.wired_arm.streamed_motion import BrakeClock, StreamedMotion
 from tests.unit.franka.stub.arms import ACCELERATION, JERK, READY, line
 
 

@@ -2,8 +2,8 @@ import socket
 
 import pytest
 
-from aeros.franka.arm import ArmState
-from aeros.franka.link import (
+from aeros.wired_arm.arm import ArmState
+from aeros.wired_arm.link import (
     JudgedMessage,
     LinkClosedError,
     Message,

@@ -10,7 +10,6 @@ from typing import Final
 
 import numpy as np
 
-from aeros.franka.arm import MODES, REFLEX, ArmState
 from aeros.runtime.ports import MotionCompletion, PlannedMotion, Trajectory, Vec3
 from aeros.sim.robot.errors import ActionRejectedError
 from aeros.sim.robot.limits import Vector
@@ -27,6 +26,7 @@ from aeros.sim.robot.motions import (
 from aeros.sim.robot.robot import Robot, RobotOptions, RobotState
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
+from aeros.wired_arm.arm import MODES, REFLEX, ArmState
 
 PLANNERS: Final = {
     "stop": plan_stop,

@@ -1,4 +1,4 @@
-from aeros.franka.arm import MODES, REFLEX, USER_STOPPED, ArmError
+from aeros.wired_arm.arm import MODES, REFLEX, USER_STOPPED, ArmError
 
 
 def test_an_error_says_if_the_robot_can_still_be_reached() -> None:

@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Final
 
-from aeros.franka.arm import CYCLE, Joints
+from aeros.wired_arm.arm import CYCLE, Joints
 
 PathPiece = tuple[Joints, Joints, Joints, Joints]
 

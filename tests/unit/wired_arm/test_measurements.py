@@ -3,9 +3,9 @@ from typing import Any
 
 import pytest
 
-from aeros.franka.arm import CYCLE, USER_STOPPED, ArmState
-from aeros.franka.measurements import Measurements
 from aeros.sim.robot.robot_file import read_robot
+from aeros.wired_arm.arm import CYCLE, USER_STOPPED, ArmState
+from aeros.wired_arm.measurements import Measurements
 from tests.unit.franka.stub.arms import READY
 
 MODEL = read_robot("franka_fr3")

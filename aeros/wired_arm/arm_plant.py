@@ -10,12 +10,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, ClassVar
 
-from aeros.franka.arm import CYCLE
-from aeros.franka.arm_client import ArmClient, RobotLostError
-from aeros.franka.hand_client import HandClient
-from aeros.franka.measurements import Measurements
-from aeros.franka.motion_table import MotionTable, RestlessError
-from aeros.franka.planner import PLANNERS, MotionPlanner
 from aeros.runtime.ports import (
     Monitor,
     MotionCompletion,
@@ -27,6 +21,12 @@ from aeros.runtime.ports import (
     announce_stop,
 )
 from aeros.skill import Action
+from aeros.wired_arm.arm import CYCLE
+from aeros.wired_arm.arm_client import ArmClient, RobotLostError
+from aeros.wired_arm.hand_client import HandClient
+from aeros.wired_arm.measurements import Measurements
+from aeros.wired_arm.motion_table import MotionTable, RestlessError
+from aeros.wired_arm.planner import PLANNERS, MotionPlanner
 
 
 class ArmPlant:

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from math import inf
 from typing import Any, Final, NamedTuple
 
-from aeros.franka.arm import ArmState
-from aeros.franka.link import JudgedMessage, LinkClosedError, Message, StartMessage, StateMessage, event
-from aeros.franka.process import Process
 from aeros.runtime.ports import PlantLostError, Trajectory
+from aeros.wired_arm.arm import ArmState
+from aeros.wired_arm.link import JudgedMessage, LinkClosedError, Message, StartMessage, StateMessage, event
+from aeros.wired_arm.process import Process
 
 SILENCE: Final = 2.0
 """Longest time without a state of the robot, s: it sends one each millisecond."""
@@ -58,7 +58,7 @@ class ArmClient:
 
     state: ArmState
 
-    def __init__(self, settings: Mapping[str, Any], module: str = "aeros.franka.process") -> None:
+    def __init__(self, settings: Mapping[str, Any], module: str) -> None:
         self._process = Process("arm", settings, module)
         self.pid = self._process.pid
         self.opened = self._process.opened

@@ -2,7 +2,8 @@ import time
 
 import pytest
 
-from aeros.franka.hand_client import HandClient
+from aeros.franka.plant import PROCESS
+from aeros.wired_arm.hand_client import HandClient
 from tests.unit.franka.stub.arms import use_stub
 
 
@@ -18,7 +19,7 @@ def test_the_hand_holds_what_is_wider_than_the_commanded_gap(
     monkeypatch: pytest.MonkeyPatch, width: float, holding: bool
 ) -> None:
     use_stub(monkeypatch, object=width)
-    hand = HandClient("stub", 0.05)
+    hand = HandClient("stub", 0.05, PROCESS)
     try:
         hand.refresh(1.0)
         assert hand.readings()["holding"].value is False

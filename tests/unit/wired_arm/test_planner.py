@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from aeros.franka.arm import ArmState
-from aeros.franka.planner import MotionPlanner, StandingRobot, mode_refusal
 from aeros.runtime.ports import MotionCompletion, NoMotion, Trajectory
 from aeros.sim.robot.robot_file import read_robot
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
+from aeros.wired_arm.arm import ArmState
+from aeros.wired_arm.planner import MotionPlanner, StandingRobot, mode_refusal
 from tests.unit.franka.stub.arms import READY
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from aeros.franka.arm_client import ArmClient
-from aeros.franka.hand_client import HandClient
 from aeros.runtime.ports import MotionCompletion, MotionHandle, PlannedMotion, PlantLostError, Trajectory
 from aeros.sim.robot.motions import JOINT_ARRIVAL_TOLERANCE
 from aeros.skill import Action
+from aeros.wired_arm.arm_client import ArmClient
+from aeros.wired_arm.hand_client import HandClient
 
 _REST_SPEED: Final = 0.01
 """Joint speed below which the arm rests, rad/s, as on the simulators."""

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from aeros.franka.arm_client import ArmClient, RobotLostError
-from aeros.franka.link import Message, ProcessLink, StartMessage, event
+from aeros.franka.plant import PROCESS
 from aeros.runtime.ports import Trajectory
 from aeros.sim.robot.robot_file import read_robot
+from aeros.wired_arm.arm_client import ArmClient, RobotLostError
+from aeros.wired_arm.link import Message, ProcessLink, StartMessage, event
 from tests.unit.franka.stub.arms import READY, line, use_stub
 from tests.unit.franka.test_process import ARM
 
@@ -17,7 +18,7 @@ PLAN = Trajectory(read_robot("franka_fr3").body, (line(READY, 0.05),), (0.0,) * 
 @pytest.fixture
 def arm(monkeypatch: pytest.MonkeyPatch) -> Iterator[ArmClient]:
     use_stub(monkeypatch)
-    client = ArmClient(ARM)
+    client = ArmClient(ARM, PROCESS)
     yield client
     client.close()
     client.close()
