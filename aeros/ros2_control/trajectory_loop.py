@@ -145,7 +145,7 @@ class TrajectoryLoop:
         self._link = link
         self._limits = limits
         self._monotonic = clock
-        self._clock = ControllerClock()
+        self._clock = ControllerClock(limits.patience)
         self._newest: JointSample | None = None
         self._commanded = CommandedJoints(limits.start_tolerance)
         self._run: _Run | None = None

@@ -18,6 +18,7 @@ from tests.unit.runtime.bus.ros2.foreign.environments import Domain
     ("options", "words"),
     [
         ({"joints": [*JOINTS[:6], "elbow"]}, "moves the joints .*elbow, and not exactly fr3_joint1"),
+        ({"busy": 60}, "executes a goal of another client: wait until it has ended, or cancel it"),
         ({"no_speeds": True}, "nothing on /joint_states has stamp, positions and velocities of fr3_joint1"),
     ],
 )

@@ -22,7 +22,7 @@ class Duration(Message, frozen=True):
     nanosec: Nanoseconds = 0
 
 
-class Pose(Message, frozen=True):
+class PoseMessage(Message, frozen=True):
     """Place and orientation.
 
     Attributes:
@@ -161,7 +161,7 @@ class CubePrimitive(Message, frozen=True):
     """
 
     ros = "foxglove_msgs/msg/CubePrimitive"
-    pose: Pose = Pose()
+    pose: PoseMessage = PoseMessage()
     size: Vector3 = Vector3()
     color: Color = Color()
 
@@ -176,7 +176,7 @@ class SpherePrimitive(Message, frozen=True):
     """
 
     ros = "foxglove_msgs/msg/SpherePrimitive"
-    pose: Pose = Pose()
+    pose: PoseMessage = PoseMessage()
     size: Vector3 = Vector3()
     color: Color = Color()
 
@@ -194,7 +194,7 @@ class TextPrimitive(Message, frozen=True):
     """
 
     ros = "foxglove_msgs/msg/TextPrimitive"
-    pose: Pose = Pose()
+    pose: PoseMessage = PoseMessage()
     billboard: bool = True
     font_size: float = 0.05
     scale_invariant: bool = False
@@ -216,7 +216,7 @@ class ModelPrimitive(Message, frozen=True):
     """
 
     ros = "foxglove_msgs/msg/ModelPrimitive"
-    pose: Pose = Pose()
+    pose: PoseMessage = PoseMessage()
     scale: Vector3 = Vector3(1.0, 1.0, 1.0)
     color: Color = Color()
     override_color: bool = True
@@ -226,7 +226,7 @@ class ModelPrimitive(Message, frozen=True):
 
 
 class SceneEntity(Message, frozen=True):
-    """Thing in a scene; it replaces what had its `id` on the topic before.
+    """SceneThing in a scene; it replaces what had its `id` on the topic before.
 
     Attributes:
         timestamp: time at which it was so.

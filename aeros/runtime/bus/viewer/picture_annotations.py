@@ -21,7 +21,7 @@ from aeros.runtime.bus.viewer.foxglove_messages import (
     PointsAnnotation,
     TextAnnotation,
 )
-from aeros.runtime.bus.viewer.things import Thing
+from aeros.runtime.bus.viewer.things import SceneThing
 from aeros.runtime.ports import CameraPicture, CameraView, Vec3
 
 _COLOUR: Final = Color(1.0, 0.75, 0.0)
@@ -41,7 +41,7 @@ _EDGES: Final = tuple((a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ 
 """Numbers of the corners of each edge of a box; their binary digits are 1 at the upper bound of an axis."""
 
 
-def annotate(picture: CameraPicture, found: Iterable[tuple[Thing, Vec3]]) -> ImageAnnotations:
+def annotate(picture: CameraPicture, found: Iterable[tuple[SceneThing, Vec3]]) -> ImageAnnotations:
     """Mark things in a picture: a circle with a name at the place, and the edges of the space it occupies.
 
     Args:
@@ -61,9 +61,9 @@ def annotate(picture: CameraPicture, found: Iterable[tuple[Thing, Vec3]]) -> Ima
             continue
         diameter = _DIAMETER * picture.height
         circles.append(CircleAnnotation(when, middle, diameter, 1.5, outline_color=_COLOUR))
-        beside = Point2(middle.x + 0.6 * diameter, middle.y - 0.6 * diameter)
+        label_at = Point2(middle.x + 0.6 * diameter, middle.y - 0.6 * diameter)
         texts.append(
-            TextAnnotation(when, beside, thing.label, _FONT_SIZE * picture.height, _COLOUR, _BACKGROUND)
+            TextAnnotation(when, label_at, thing.label, _FONT_SIZE * picture.height, _COLOUR, _BACKGROUND)
         )
         lines += _edges(picture.view, size, thing, place, when)
     return ImageAnnotations(tuple(circles), tuple(lines), tuple(texts))
@@ -93,7 +93,7 @@ def project(view: CameraView, size: tuple[int, int], place: Vec3) -> Point2 | No
 
 
 def _edges(
-    view: CameraView, size: tuple[int, int], thing: Thing, place: Vec3, when: Time
+    view: CameraView, size: tuple[int, int], thing: SceneThing, place: Vec3, when: Time
 ) -> Sequence[PointsAnnotation]:
     if thing.box is None:
         return ()

@@ -13,13 +13,13 @@ from aeros.runtime.bus.viewer.foxglove_messages import (
     CubePrimitive,
     Duration,
     ModelPrimitive,
-    Pose,
+    PoseMessage,
     SceneEntity,
     SpherePrimitive,
     TextPrimitive,
 )
 from aeros.runtime.bus.viewer.hull_meshes import encode_glb, hull_triangles
-from aeros.runtime.bus.viewer.things import Thing
+from aeros.runtime.bus.viewer.things import SceneThing
 from aeros.runtime.ports import Ball, Hull, Reading, RobotBody, Vec3
 from aeros.spec.model.site import Site
 
@@ -51,7 +51,7 @@ def zone_entities(site: Site, when: Time) -> tuple[SceneEntity, ...]:
     return tuple(found)
 
 
-def thing_entity(thing: Thing, reading: Reading) -> SceneEntity:
+def thing_entity(thing: SceneThing, reading: Reading) -> SceneEntity:
     """Make the entity of a thing at its measured place; it disappears once the measurement is too old.
 
     Args:
@@ -109,16 +109,16 @@ def _balls(balls: Sequence[Ball], frames: Sequence[str], when: Time) -> Iterator
 def _box(low: Vec3, high: Vec3, colour: Color) -> CubePrimitive:
     middle = Point(*((a + b) / 2.0 for a, b in zip(low, high, strict=True)))
     edges = Vector3(*(b - a for a, b in zip(low, high, strict=True)))
-    return CubePrimitive(Pose(middle), edges, colour)
+    return CubePrimitive(PoseMessage(middle), edges, colour)
 
 
 def _ball(middle: Vec3, diameter: float, colour: Color) -> SpherePrimitive:
-    return SpherePrimitive(Pose(Point(*middle)), Vector3(diameter, diameter, diameter), colour)
+    return SpherePrimitive(PoseMessage(Point(*middle)), Vector3(diameter, diameter, diameter), colour)
 
 
 def _label(low: Vec3, high: Vec3, text: str, colour: Color) -> TextPrimitive:
     above = Point((low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0, high[2])
-    return TextPrimitive(Pose(above), color=colour, text=text)
+    return TextPrimitive(PoseMessage(above), color=colour, text=text)
 
 
 def _sum(one: Vec3, other: Vec3) -> Vec3:

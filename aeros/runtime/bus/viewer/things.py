@@ -19,7 +19,7 @@ from aeros.spec.model.variables import Declared
 _PLACE_NAMES: Final = ("position", "place")
 
 
-class Thing(NamedTuple):
+class SceneThing(NamedTuple):
     """A thing that a state variable says the place of.
 
     Attributes:
@@ -37,7 +37,7 @@ class Thing(NamedTuple):
     box: tuple[Vec3, Vec3] | None
 
 
-def things_of(site: Site) -> list[Thing]:
+def things_of(site: Site) -> list[SceneThing]:
     """Find the things of a site's modules.
 
     Args:
@@ -70,7 +70,9 @@ def cameras_of_perceivers(modules: Iterable[Ecm]) -> dict[str, frozenset[str]]:
     }
 
 
-def seen_by(things: Iterable[Thing], cameras: Mapping[str, frozenset[str]]) -> dict[str, list[Thing]]:
+def seen_by(
+    things: Iterable[SceneThing], cameras: Mapping[str, frozenset[str]]
+) -> dict[str, list[SceneThing]]:
     """Sort things by the cameras in whose pictures they are found.
 
     Args:
@@ -80,19 +82,19 @@ def seen_by(things: Iterable[Thing], cameras: Mapping[str, frozenset[str]]) -> d
     Returns:
         The things by camera.
     """
-    found: dict[str, list[Thing]] = {}
+    found: dict[str, list[SceneThing]] = {}
     for thing in things:
         for camera in sorted(cameras.get(thing.perceiver, ())):
             found.setdefault(camera, []).append(thing)
     return found
 
 
-def _thing(name: str, one: Declared) -> Thing:
+def _thing(name: str, one: Declared) -> SceneThing:
     module, _, short = name.rpartition(".")
     label = short.removesuffix("_position").replace("_", " ")
     sensor = one.sensor or ""
     box = None if one.occupies is None else (_point(one.occupies.lower), _point(one.occupies.upper))
-    return Thing(
+    return SceneThing(
         name, label, sensor if sensor.startswith(f"{module}.") else "", float(one.max_age or 0.0), box
     )
 

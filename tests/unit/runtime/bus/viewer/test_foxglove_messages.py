@@ -14,7 +14,7 @@ from aeros.runtime.bus.viewer.foxglove_messages import (
     Color,
     CubePrimitive,
     ModelPrimitive,
-    Pose,
+    PoseMessage,
     SceneEntity,
     SceneUpdate,
 )
@@ -54,7 +54,7 @@ def test_fields_are_those_of_the_definition(name: str) -> None:
 
 
 def test_a_scene_goes_through_the_encoding_of_ros_unchanged() -> None:
-    cube = CubePrimitive(Pose(Point(1.0, 2.0, 3.0)), color=Color(0.5, 0.25, 0.0, 0.125))
+    cube = CubePrimitive(PoseMessage(Point(1.0, 2.0, 3.0)), color=Color(0.5, 0.25, 0.0, 0.125))
     entity = SceneEntity(Time(1, 2), "world", "zone", cubes=(cube,), models=(ModelPrimitive(data=b"glTF"),))
     encoder = CdrEncoder()
     there: Any = encoder.store.deserialize_cdr(

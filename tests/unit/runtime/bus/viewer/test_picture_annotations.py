@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from aeros.perception.points import point_cloud
 from aeros.runtime.bus.viewer.picture_annotations import annotate, project
-from aeros.runtime.bus.viewer.things import Thing
+from aeros.runtime.bus.viewer.things import SceneThing
 from aeros.runtime.ports import CameraPicture, CameraView
 from tests.hypothesis_profiles import examples
 
@@ -18,10 +18,10 @@ SIZE = (32, 24)
 PICTURE = CameraPicture("top", 2.5, *SIZE, bytes(3 * 32 * 24), None, VIEW)
 
 
-def thing(label: str, box: bool = False) -> Thing:
+def thing(label: str, box: bool = False) -> SceneThing:
     half = 0.05
     sides = ((-half, -half, -half), (half, half, half))
-    return Thing(f"m.{label}_position", label, "m.look", 1.0, sides if box else None)
+    return SceneThing(f"m.{label}_position", label, "m.look", 1.0, sides if box else None)
 
 
 @examples(20)
@@ -45,8 +45,8 @@ def test_each_thing_in_the_picture_has_a_circle_and_its_name() -> None:
     assert lines.type == 4
 
 
-def test_what_is_behind_the_camera_is_not_drawn() -> None:
+def test_a_point_behind_the_camera_is_not_drawn() -> None:
     behind = tuple(2.0 * eye - target for eye, target in zip(VIEW.eye, VIEW.target, strict=True))
     assert project(VIEW, SIZE, (behind[0], behind[1], behind[2])) is None
     found = annotate(PICTURE, [(thing("cube"), (behind[0], behind[1], behind[2]))])
-    assert not (found.circles or found.points or found.texts)
+    assert not any((found.circles, found.points, found.texts))

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from aeros.runtime.bus.messages import Time
 from aeros.runtime.bus.viewer.scene_entities import link_entities, thing_entity, zone_entities
-from aeros.runtime.bus.viewer.things import Thing
+from aeros.runtime.bus.viewer.things import SceneThing
 from aeros.runtime.ports import Hull, Reading
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.model.site import Site
@@ -33,7 +33,7 @@ def test_a_volume_is_a_box_with_its_name(site: Site) -> None:
 
 
 def test_a_thing_is_at_its_place_as_long_as_its_measurement_counts() -> None:
-    sized = Thing("m.cube_position", "cube", "", 2.5, ((-0.5, -0.5, 0.0), (0.5, 0.5, 1.0)))
+    sized = SceneThing("m.cube_position", "cube", "", 2.5, ((-0.5, -0.5, 0.0), (0.5, 0.5, 1.0)))
     entity = thing_entity(sized, Reading((1.0, 2.0, 3.0), 4.0))
     assert (entity.id, entity.timestamp, entity.texts[0].text) == ("m.cube_position", Time(4), "cube")
     assert (entity.lifetime.sec, entity.lifetime.nanosec) == (2, 500_000_000)

@@ -1,4 +1,4 @@
-"""What viewers get of a run: the scene once, the robot once, things as they change, what pictures showed."""
+"""Viewers get the scene once, the robot once, things as they change, and what pictures showed."""
 
 from __future__ import annotations
 
