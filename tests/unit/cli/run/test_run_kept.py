@@ -226,7 +226,7 @@ def test_a_topic_that_does_not_exist_is_refused_before_anything_moves(
         "--keep: no topic is called `/joint_state`: did you mean `/joint_states`?" in capsys.readouterr().err
     )
     assert not file.exists()
-    assert not (tmp_path / "out" / "audit.jsonl").exists()
+    assert not (tmp_path / "out").exists()  # nor is an empty folder left
 
 
 def test_topics_are_chosen_for_a_recording_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
