@@ -63,6 +63,15 @@ class PlottedQuantity:
     upper: list[Limit] = field(default_factory=list)
     lower: list[Limit] = field(default_factory=list)
 
+    @property
+    def is_flat(self) -> bool:
+        """True if neither its value nor a bound on it ever changed."""
+        values = {value for _, value in self.points if value is not None}
+        bounds = [
+            {one.value for one in limits if one.value is not None} for limits in (self.upper, self.lower)
+        ]
+        return len(values) <= 1 and all(len(one) <= 1 for one in bounds)
+
 
 class ClosestApproach(NamedTuple):
     """The time at which a quantity had the smallest margin to a rule's bound.
