@@ -101,8 +101,8 @@ def cell_sketch(site: Site, paths: Sequence[SketchPath]) -> str | None:
     title = "the cell from above"
     width, height = f"{frame.width:.0f}", f"{frame.height:.0f}"
     return (
-        f'<div class="scroll"><svg viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
-        f' role="img" aria-label="{title}" font-size="11">'
+        f'<div class="scroll" tabindex="0"><svg viewBox="0 0 {width} {height}" width="{width}"'
+        f' height="{height}" role="img" aria-label="{title}" font-size="11">'
         f"<title>{title}</title>{''.join(parts)}</svg></div><p>{legend}</p>"
     )
 

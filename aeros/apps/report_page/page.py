@@ -128,7 +128,7 @@ def _headline(left: RunData) -> str:
 
 def _on_paper(diagram: str) -> str:
     """Put a diagram with colours of its own on white, whatever the colours of the page."""
-    return f'<div class="paper">{diagram}</div>'
+    return f'<div class="paper" tabindex="0">{diagram}</div>'
 
 
 def _text(value: object, max_chars: int = _MAX_TEXT_CHARS) -> str:
@@ -144,7 +144,7 @@ def _table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = 
         else ""
     )
     body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
-    return f'<div class="scroll"><table class="{kind}">{top}<tbody>{body}</tbody></table></div>'
+    return f'<div class="scroll" tabindex="0"><table class="{kind}">{top}<tbody>{body}</tbody></table></div>'
 
 
 # Summary and sketch
@@ -316,7 +316,8 @@ def _decisions(left: RunData, link: FilmLink) -> Iterator[str]:
         yield f"<p>{left_out} more are left out, plain ALLOWs first: `aeros audit show` has them all.</p>"
     head = ("records", "time", "verdict", "skill", "action", "why")
     heads = "".join(f'<th scope="col">{one}</th>' for one in head)
-    yield f'<div class="scroll"><table id="decisions" class="wide"><thead><tr>{heads}</tr></thead><tbody>'
+    yield '<div class="scroll" tabindex="0"><table id="decisions" class="wide">'
+    yield f"<thead><tr>{heads}</tr></thead><tbody>"
     yield from (_row(row, link) for row in rows)
     yield "</tbody></table></div>"
 

@@ -271,8 +271,7 @@ def _title(text: str) -> str:
 def _svg(height: float, title: str, parts: Iterable[str]) -> str:
     width = _LEFT + _WIDTH + _RIGHT
     return (
-        f'<div class="scroll"><svg viewBox="0 0 {width} {height:.0f}" width="{width}" height="{height:.0f}"'
-        f' role="group" aria-label="{escape(title)}" font-family="sans-serif" font-size="11">{_title(title)}'
-        + "".join(parts)
-        + "</svg></div>"
+        f'<div class="scroll" tabindex="0"><svg viewBox="0 0 {width} {height:.0f}" width="{width}"'
+        f' height="{height:.0f}" role="group" aria-label="{escape(title)}" font-family="sans-serif"'
+        f' font-size="11">{_title(title)}{"".join(parts)}</svg></div>'
     )

@@ -6,6 +6,8 @@ import base64
 import hashlib
 import json
 import re
+import shutil
+import subprocess
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -198,3 +200,25 @@ def test_only_what_a_film_shows_is_linked_to_it(tmp_path: Path) -> None:
     assert not [one for one in picture.attributes if one[1].startswith("data-time") or one[2] == "cursor"]
     assert "sets the film there" not in " ".join(picture.text)
     assert "requestAnimationFrame" not in picture.scripts[0]
+
+
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium-headless-shell", "chromium", "google-chrome"))), None
+)
+
+
+@pytest.mark.deep
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium")
+def test_a_browser_has_nothing_to_complain_of(tmp_path: Path) -> None:
+    page = copied_run(tmp_path, "--report") / "report.html"
+    done = subprocess.run(
+        [
+            str(CHROMIUM), "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--v=0",
+            "--virtual-time-budget=5000", "--dump-dom", page.as_uri(),
+        ],
+        capture_output=True, text=True, timeout=120, check=True,
+    )  # fmt: skip
+    assert "goal reached" in done.stdout
+    assert "CONSOLE" not in done.stderr
+    # Its script has run: the filter is there.
+    assert re.search(r'<form id="filter">', done.stdout)
