@@ -44,7 +44,7 @@ class Keyboard:
 
     def __init__(self, source: int | None, wake: int) -> None:
         self._source, self._wake = source, wake
-        self._begun = b""
+        self._unfinished = b""
         """Beginning of a sequence whose end has not come in time."""
 
     @property
@@ -76,12 +76,12 @@ class Keyboard:
             if not more:
                 break
             data += more
-        late, self._begun = self._begun, b""
+        late, self._unfinished = self._unfinished, b""
         keys = parse_keys(late + data)
         rest = open_sequence(late + data)
         if len(rest) > 1:
             # A slow line: no letter of what is still to come may count as a key.
-            self._begun = rest
+            self._unfinished = rest
         return pressed_alone(keys)
 
 
