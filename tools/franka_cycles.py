@@ -14,9 +14,10 @@ import sys
 
 from aeros.franka.plant import FrankaPlant
 from aeros.franka.settings import read_settings
-from aeros.franka.subject import END, START, load_cell, move_joints
+from aeros.franka.subject import END, START, load_cell
 from aeros.runtime.ports import MotionCompletion
 from aeros.sim.robot.robot_file import robot_of
+from aeros.wired_arm.check_motions import move_joints
 
 
 def main() -> None:

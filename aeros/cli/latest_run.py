@@ -7,6 +7,7 @@ import json
 import os
 import sys
 from contextlib import suppress
+from math import isfinite
 from pathlib import Path
 from typing import Final
 
@@ -18,6 +19,7 @@ from aeros.spec.migrations.formats import LATEST_RUN
 
 _FILE: Final = "latest-run.json"
 _AUDIT: Final = "audit.jsonl"
+_LONGEST_RECORD: Final = 1 << 16  # bytes; the first record of a log has a few hundred
 
 
 def add_run_argument(parser: argparse.ArgumentParser, name: str) -> None:
@@ -58,7 +60,7 @@ def find_audit_log(given: Path | None) -> Path:
                 f"there is no {_AUDIT} in `{given}`: give the output folder that `aeros run` printed"
             )
         return log
-    found = sorted(Path("runs").glob(f"*/{_AUDIT}"), key=lambda path: path.stat().st_mtime)
+    found = sorted(Path("runs").glob(f"*/{_AUDIT}"), key=_begin_of)
     if not found:
         raise UsageError("there is no run in `runs`: give the output folder that `aeros run` printed")
     print(f"newest run: {found[-1].parent}", file=sys.stderr)
@@ -67,6 +69,18 @@ def find_audit_log(given: Path | None) -> Path:
         if recorded is not None and recorded[0] != found[-1].parent.resolve():
             print(f"not the latest run of `.aeros`, which is `{recorded[0]}`", file=sys.stderr)
     return found[-1]
+
+
+def _begin_of(log: Path) -> float:
+    """Return when a run began, as its first record says; the time of the file if that says nothing."""
+    try:
+        with log.open("rb") as file:
+            written = json.loads(file.readline(_LONGEST_RECORD))["written"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        written = None
+    if type(written) in (float, int) and isfinite(written):
+        return float(written)
+    return log.stat().st_mtime
 
 
 def find_run_folder(given: Path | None) -> Path:

@@ -6,8 +6,9 @@ import time
 from contextlib import suppress
 from typing import Any, Final
 
-from aeros.franka.arm import ArmError, Hand
-from aeros.franka.link import LinkClosedError, ProcessLink, event
+from aeros.franka.arm import Hand
+from aeros.wired_arm.arm import ArmError
+from aeros.wired_arm.link import LinkClosedError, ProcessLink, event
 
 _POLL: Final = 0.2
 """Longest wait for a message, s."""

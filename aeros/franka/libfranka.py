@@ -6,8 +6,9 @@ from types import ModuleType
 from typing import Any, Final
 
 from aeros.distribution import install_command
-from aeros.franka.arm import ArmError, ArmState, HandState, Joints
+from aeros.franka.arm import HandState
 from aeros.franka.error_words import explain_errors
+from aeros.wired_arm.arm import ArmError, ArmState, Joints
 
 _ANY_WIDTH: Final = 0.08
 """Tolerance of a grasp, m: as wide as the hand, so that it grasps whatever is there."""

@@ -7,18 +7,21 @@ reports a thousand states a second.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from typing import Any
+from typing import Any, Final
 
-from aeros.franka.arm_client import ArmClient, RobotLostError
-from aeros.franka.arm_plant import ArmPlant
-from aeros.franka.hand_client import HandClient
-from aeros.franka.measurements import Measurements
-from aeros.franka.motion_table import MotionTable
-from aeros.franka.planner import MotionPlanner, mode_refusal
-from aeros.franka.process import ProcessError
 from aeros.franka.settings import FrankaSettings
 from aeros.runtime.ports import Vec3
 from aeros.sim.robot.model import RobotModel
+from aeros.wired_arm.arm_client import ArmClient, RobotLostError
+from aeros.wired_arm.arm_plant import ArmPlant
+from aeros.wired_arm.hand_client import HandClient
+from aeros.wired_arm.measurements import Measurements
+from aeros.wired_arm.motion_table import MotionTable
+from aeros.wired_arm.planner import MotionPlanner, mode_refusal
+from aeros.wired_arm.process import ProcessError
+
+PROCESS: Final = "aeros.franka.process"
+"""Program of the processes that drive the robot."""
 
 
 class FrankaPlant(ArmPlant):
@@ -37,13 +40,13 @@ class FrankaPlant(ArmPlant):
     def __init__(
         self, settings: FrankaSettings, model: RobotModel, base: Vec3, declared: Collection[str]
     ) -> None:
-        arm = ArmClient(_arm_settings(settings, model))
+        arm = ArmClient(_arm_settings(settings, model), PROCESS)
         planner = MotionPlanner(model, base, settings.start_tolerance)
         try:
             super().__init__(arm, planner, Measurements(model, base, declared), declared)
             self._require_ready()
             if settings.has_hand:
-                self._hand = HandClient(settings.address, model.hand.finger_speed)
+                self._hand = HandClient(settings.address, model.hand.finger_speed, PROCESS)
                 self._motions = MotionTable(arm, self._hand)
         except (ProcessError, RobotLostError) as failure:
             arm.close()

@@ -11,6 +11,7 @@ from aeros.franka.subject import franka_subject
 from aeros.runtime.ports import Plant
 from aeros.session.plant_provider import PlantProvider, PlantRequest
 from aeros.sim.robot.robot_file import robot_of
+from aeros.wired_arm.settings import base_of
 
 
 def open_franka(request: PlantRequest) -> Plant:
@@ -28,9 +29,7 @@ def open_franka(request: PlantRequest) -> Plant:
         UserError: the site names another robot, or allows more than its limits.
     """
     settings = read_settings(os.environ, request.site)
-    mount = None if request.scene is None else request.scene.robot
-    base = (0.0, 0.0, 0.0) if mount is None else mount.base
-    return FrankaPlant(settings, robot_of(request.site), base, request.site.state)
+    return FrankaPlant(settings, robot_of(request.site), base_of(request.scene), request.site.state)
 
 
 FRANKA: Final = PlantProvider(open_franka, franka_subject, runs_in_real_time=True)

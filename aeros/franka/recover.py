@@ -10,9 +10,9 @@ import sys
 from collections.abc import Mapping
 
 from aeros.exit_codes import Exit
-from aeros.franka.arm import MODES, ArmError
 from aeros.franka.libfranka import LibfrankaArm
 from aeros.franka.settings import ADDRESS
+from aeros.wired_arm.arm import MODES, ArmError
 
 
 def recover(environment: Mapping[str, str]) -> tuple[Exit, str]:

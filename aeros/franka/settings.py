@@ -10,6 +10,7 @@ from aeros.franka.arm import JOINTS
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.expr.semantics import evaluate
 from aeros.spec.model.site import Site
+from aeros.wired_arm.settings import SettingsError, watch_bounds
 
 ADDRESS: Final = "AEROS_FRANKA"
 """Environment variable with the robot's address."""
@@ -22,10 +23,6 @@ HAND: Final = "AEROS_FRANKA_HAND"
 """Environment variable: `yes`, or `no` for an arm without the Franka Hand."""
 
 _FORCE, _HAND_TORQUE, _TORQUE = "collision_force", "collision_moment", "collision_torque"
-
-
-class SettingsError(Exception):
-    """A setting is missing or wrong; the message says which, and what to do."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +64,7 @@ def read_settings(environment: Mapping[str, str], site: Site) -> FrankaSettings:
     address = environment.get(ADDRESS, "").strip()
     if not address:
         raise SettingsError(f"no robot is named: set {ADDRESS} to its address, as in {ADDRESS}=172.16.0.2")
-    if site.motion is None or site.motion.late_ticks is None:
-        raise SettingsError(f"the site `{site.id}` does not bound late ticks: add `motion.late_ticks`")
+    bounds = watch_bounds(site)
     force, hand_torque = _constant(site, _FORCE, "N", 1)[0], _constant(site, _HAND_TORQUE, "Nm", 1)[0]
     return FrankaSettings(
         address,
@@ -76,8 +72,8 @@ def read_settings(environment: Mapping[str, str], site: Site) -> FrankaSettings:
         _choice(environment, HAND, "yes", "no"),
         _constant(site, _TORQUE, "Nm", JOINTS),
         (force, force, force, hand_torque, hand_torque, hand_torque),
-        float(site.motion.late_ticks.longest),
-        float(site.motion.start_tolerance),
+        bounds.patience,
+        bounds.start_tolerance,
     )
 
 

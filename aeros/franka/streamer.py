@@ -18,9 +18,10 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-from aeros.franka.arm import CYCLE, Arm, ArmError, ArmState, ControlledArm, Joints
-from aeros.franka.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage
-from aeros.franka.streamed_motion import StreamedMotion
+from aeros.franka.arm import Arm, ControlledArm
+from aeros.wired_arm.arm import CYCLE, ArmError, ArmState, Joints
+from aeros.wired_arm.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage
+from aeros.wired_arm.streamed_motion import StreamedMotion
 
 
 class CycleTimes:

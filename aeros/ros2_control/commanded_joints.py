@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from aeros.franka.arm import Joints
+from aeros.wired_arm.arm import Joints
 
 
 class CommandedJoints:

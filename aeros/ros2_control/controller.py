@@ -11,7 +11,7 @@ from enum import Enum
 from types import MappingProxyType
 from typing import Final, NamedTuple, Protocol
 
-from aeros.franka.arm import Joints
+from aeros.wired_arm.arm import Joints
 
 _SUCCEEDED, _CANCELED = 4, 5
 """Values of `action_msgs/msg/GoalStatus`."""

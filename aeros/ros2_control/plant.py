@@ -12,15 +12,15 @@ from collections.abc import Collection
 from math import inf
 from typing import Any, Final
 
-from aeros.franka.arm_client import ArmClient, RobotLostError
-from aeros.franka.arm_plant import ArmPlant
-from aeros.franka.measurements import Measurements
-from aeros.franka.planner import MotionPlanner
-from aeros.franka.process import ProcessError
 from aeros.ros2_control.settings import ControlSettings
 from aeros.runtime.ports import Vec3
 from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.motions import JOINT_ARRIVAL_TOLERANCE
+from aeros.wired_arm.arm_client import ArmClient, RobotLostError
+from aeros.wired_arm.arm_plant import ArmPlant
+from aeros.wired_arm.measurements import Measurements
+from aeros.wired_arm.planner import MotionPlanner
+from aeros.wired_arm.process import ProcessError
 
 _MODULE: Final = "aeros.ros2_control.process"
 

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from math import ceil
 from typing import Final
 
-from aeros.franka.arm import Joints
-from aeros.franka.streamed_motion import StreamedMotion
 from aeros.ros2_control.controller import TrajectoryPoint
+from aeros.wired_arm.arm import Joints
+from aeros.wired_arm.streamed_motion import StreamedMotion
 
 _SPACING: Final = 0.02
 """Time between points of a motion, s; chosen."""

@@ -1,22 +1,17 @@
 """The process that drives the controller: `python -m aeros.ros2_control.process`, started by the plant.
 
-It alone has a node of ROS 2. It has a session of its own and ignores requests to end: a process that dies in
-mid-motion cannot brake. It ends when the plant closes the link or is gone.
+It alone has a node of ROS 2.
 """
 
 from __future__ import annotations
 
-import json
-import socket
-import sys
 from collections.abc import Mapping
-from contextlib import suppress
 from typing import Any
 
-from aeros.franka.link import LinkClosedError, ProcessLink, event
-from aeros.franka.process import ignore_requests_to_end
 from aeros.ros2_control.controller import ControllerError
 from aeros.ros2_control.trajectory_loop import LoopLimits, TrajectoryLoop
+from aeros.wired_arm.link import LinkClosedError, ProcessLink, event
+from aeros.wired_arm.process import drive, open_part
 
 
 def run(order: Mapping[str, Any], link: ProcessLink) -> None:
@@ -26,11 +21,8 @@ def run(order: Mapping[str, Any], link: ProcessLink) -> None:
         order: names and limits, JSON values.
         link: to the plant.
     """
-    try:
-        controller = _open_controller(order)
-    except ControllerError as failure:
-        with suppress(LinkClosedError):
-            link.send(event("failed", reason=str(failure)))
+    controller = open_part(link, lambda: _open_controller(order), ControllerError)
+    if controller is None:
         return
     try:
         link.send(event("open", has_effort=controller.has_effort))
@@ -65,6 +57,4 @@ def _open_controller(order: Mapping[str, Any]) -> Any:
 
 
 if __name__ == "__main__":
-    ignore_requests_to_end()
-    given = json.loads(sys.argv[1])
-    run(given, ProcessLink(socket.socket(fileno=given["link"])))
+    drive(run)

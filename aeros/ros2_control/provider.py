@@ -11,6 +11,7 @@ from aeros.ros2_control.subject import control_subject
 from aeros.runtime.ports import Plant
 from aeros.session.plant_provider import PlantProvider, PlantRequest
 from aeros.sim.robot.robot_file import robot_of
+from aeros.wired_arm.settings import base_of
 
 
 def open_control(request: PlantRequest) -> Plant:
@@ -23,15 +24,13 @@ def open_control(request: PlantRequest) -> Plant:
         The plant.
 
     Raises:
-        ControlSettingsError: a setting is missing or wrong.
+        SettingsError: a setting is missing or wrong.
         ProcessError: the controller cannot be reached, or is another one than the settings say.
         UserError: the site names another robot, or allows more than its limits.
     """
     model = robot_of(request.site)
     settings = read_settings(os.environ, request.site, model.joint_count)
-    mount = None if request.scene is None else request.scene.robot
-    base = (0.0, 0.0, 0.0) if mount is None else mount.base
-    return JointTrajectoryPlant(settings, model, base, request.site.state)
+    return JointTrajectoryPlant(settings, model, base_of(request.scene), request.site.state)
 
 
 ROS2_CONTROL: Final = PlantProvider(open_control, control_subject, runs_in_real_time=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from contextlib import suppress
 from math import floor, isfinite
 from queue import Empty, SimpleQueue
 from typing import Any, Final
@@ -12,7 +13,7 @@ from rclpy import Context, init, shutdown
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
 from aeros.ros2_control.controller import (
@@ -28,6 +29,12 @@ from aeros.ros2_control.controller import (
 _OPEN_TIMEOUT: Final = 10.0
 """Longest time until the controller and the joint states are found, s."""
 
+_STATUS_TIMEOUT: Final = 1.0
+"""Longest time for the latched status of the controller's goals, s; it sends none before its first goal."""
+
+_UNDER_WAY: Final = frozenset({1, 2, 3})
+"""Values of `action_msgs/msg/GoalStatus`: accepted, executing, cancelling."""
+
 
 class RosController:
     """Implementation of `TrajectoryController` over rclpy.
@@ -38,8 +45,8 @@ class RosController:
         states: topic of the joint states.
 
     Raises:
-        ControllerError: the message types are missing, the controller does not answer or has other joints, or
-            there are no joint states of all joints.
+        ControllerError: the message types are missing, the controller does not answer, has other joints or
+            already executes a goal, or there are no joint states of all joints.
     """
 
     def __init__(self, name: str, joints: tuple[str, ...], states: str) -> None:
@@ -48,6 +55,7 @@ class RosController:
         self._events: SimpleQueue[GoalEvent] = SimpleQueue()
         self._count = 0
         try:
+            from action_msgs.msg import GoalStatusArray
             from action_msgs.srv import CancelGoal
             from control_msgs.action import FollowJointTrajectory
             from sensor_msgs.msg import JointState
@@ -70,12 +78,23 @@ class RosController:
             history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.BEST_EFFORT
         )
         self._node.create_subscription(JointState, states, self._hear, quality)
+        latched = QoSProfile(
+            history=HistoryPolicy.KEEP_LAST,
+            depth=1,
+            reliability=ReliabilityPolicy.RELIABLE,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL,
+        )
+        self._statuses: SimpleQueue[tuple[int, ...]] = SimpleQueue()
+        status_topic = f"{name}/follow_joint_trajectory/_action/status"
+        watched = self._node.create_subscription(GoalStatusArray, status_topic, self._hear_statuses, latched)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._thread = threading.Thread(target=self._executor.spin, name="aeros-ros2-control", daemon=True)
         self._thread.start()
         try:
             self._require_controller(name)
+            self._require_no_goal(name)
+            self._node.destroy_subscription(watched)
             self.has_effort = self._require_states(states)
         except ControllerError:
             self.close()
@@ -130,6 +149,9 @@ class RosController:
         if stamp > 0.0 and all(map(isfinite, (*q, *dq))):
             whole = len(effort) == len(q) and all(map(isfinite, effort))
             self._samples.put(JointSample(stamp, arrival, q, dq, effort if whole else ()))
+
+    def _hear_statuses(self, message: Any) -> None:
+        self._statuses.put(tuple(one.status for one in message.status_list))
 
     def _note_answer(self, number: int, future: Any) -> None:
         failure = future.exception()
@@ -204,6 +226,23 @@ class RosController:
             raise ControllerError(
                 f"the controller {name} moves the joints {', '.join(theirs) or 'none'}, and not exactly "
                 f"{', '.join(self._joints)}"
+            )
+
+    def _require_no_goal(self, name: str) -> None:
+        """Check that the controller has no goal: nobody else's motion may be under way, nor be replaced.
+
+        Raises:
+            ControllerError: it has one.
+        """
+        statuses: tuple[int, ...] = ()
+        with suppress(Empty):
+            statuses = self._statuses.get(timeout=_STATUS_TIMEOUT)
+            while True:
+                statuses = self._statuses.get_nowait()
+        if _UNDER_WAY & set(statuses):
+            raise ControllerError(
+                f"the controller {name} executes a goal of another client: wait until it has ended, or "
+                "cancel it"
             )
 
     def _require_states(self, states: str) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from aeros.spec.model.site import Site
+from aeros.wired_arm.settings import SettingsError, watch_bounds
 
 CONTROLLER: Final = "AEROS_ROS2_CONTROL"
 """Environment variable with the name of the controller's node, as `/joint_trajectory_controller`."""
@@ -23,10 +24,6 @@ _NAME: Final = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 _CONTROLLER_SHARE: Final = 2.0
 """Multiple of the site's bound on tracking at which the controller itself ends a motion: AEROS brakes the
 robot first, on its path."""
-
-
-class ControlSettingsError(Exception):
-    """A setting is missing or wrong; the message says which, and what to do."""
 
 
 @dataclass(frozen=True)
@@ -62,36 +59,35 @@ def read_settings(environment: Mapping[str, str], site: Site, joint_count: int) 
         The settings.
 
     Raises:
-        ControlSettingsError: one is missing or wrong.
+        SettingsError: one is missing or wrong.
     """
     controller = environment.get(CONTROLLER, "").strip()
     if not controller:
-        raise ControlSettingsError(
+        raise SettingsError(
             f"no controller is named: set {CONTROLLER} to the name of its node, as in "
             f"{CONTROLLER}=/joint_trajectory_controller"
         )
     states = environment.get(STATES, "/joint_states").strip()
     for variable, name in ((CONTROLLER, controller), (STATES, states)):
         if not _NAME.fullmatch(name):
-            raise ControlSettingsError(f"{variable} is `{name}`: it is a name of ROS 2 that begins with `/`")
+            raise SettingsError(f"{variable} is `{name}`: it is a name of ROS 2 that begins with `/`")
     joints = tuple([one.strip() for one in environment.get(JOINTS, "").split(",") if one.strip()])
     if len(joints) != joint_count or len(set(joints)) != joint_count:
-        raise ControlSettingsError(
+        raise SettingsError(
             f"{JOINTS} has {len(set(joints))} different names, and the robot of the site `{site.id}` has "
             f"{joint_count} joints: list them from the base outwards, separated by commas"
         )
-    if site.motion is None or site.motion.late_ticks is None:
-        raise ControlSettingsError(f"the site `{site.id}` does not bound late ticks: add `motion.late_ticks`")
-    tracking = site.motion.tracking
+    bounds = watch_bounds(site)
+    tracking = None if site.motion is None else site.motion.tracking
     if tracking is None or len(tracking.levers) != joint_count:
-        raise ControlSettingsError(
+        raise SettingsError(
             f"the site `{site.id}` does not bound the distance from the decided path: add `motion.tracking`"
         )
     return ControlSettings(
         controller,
         joints,
         states,
-        float(site.motion.late_ticks.longest),
-        float(site.motion.start_tolerance),
+        bounds.patience,
+        bounds.start_tolerance,
         tuple([_CONTROLLER_SHARE * float(tracking.bound / lever) for lever in tracking.levers]),
     )

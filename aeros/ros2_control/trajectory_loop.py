@@ -23,9 +23,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
-from aeros.franka.arm import MODES, ArmState, Joints
-from aeros.franka.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage
-from aeros.franka.streamed_motion import StreamedMotion
 from aeros.ros2_control.commanded_joints import CommandedJoints
 from aeros.ros2_control.controller import (
     ControllerError,
@@ -37,6 +34,9 @@ from aeros.ros2_control.controller import (
 )
 from aeros.ros2_control.controller_clock import ControllerClock
 from aeros.ros2_control.points import braking_points, decided_points
+from aeros.wired_arm.arm import MODES, ArmState, Joints
+from aeros.wired_arm.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage
+from aeros.wired_arm.streamed_motion import StreamedMotion
 
 _POLL: Final = 0.004
 """Longest time until messages of the plant are read, s."""
@@ -145,7 +145,7 @@ class TrajectoryLoop:
         self._link = link
         self._limits = limits
         self._monotonic = clock
-        self._clock = ControllerClock()
+        self._clock = ControllerClock(limits.patience)
         self._newest: JointSample | None = None
         self._commanded = CommandedJoints(limits.start_tolerance)
         self._run: _Run | None = None

@@ -31,6 +31,7 @@ from aeros.runtime.bus.port import PublisherFactory
 from aeros.runtime.bus.recording.topic_choice import ChosenTopic
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.runtime.bus.sample_file import SampleWriter
+from aeros.runtime.bus.viewer.things import cameras_of_perceivers
 from aeros.runtime.execution.executor import Executor
 from aeros.runtime.execution.governor import FixedGovernor, Governor
 from aeros.runtime.gate.configuration import Configuration
@@ -235,8 +236,8 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
     site = setup.configuration.site
     with (
         open_isolated_skills(setup.configuration, setup.warn) as skills,
-        open_bag(setup.bag, setup.mcap, site, setup.keep) as feed,
-        open_live_view(setup.live, site, setup.stream) as live,
+        open_bag(setup.bag, setup.mcap, setup.configuration, setup.keep) as feed,
+        open_live_view(setup.live, setup.configuration, setup.stream) as live,
         _live_feed(setup) as peers,
         AuditLog(
             setup.out / AUDIT,
@@ -261,7 +262,8 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
 def _live_feed(setup: SessionSetup) -> AbstractContextManager[BusFeed | None]:
     if setup.bus is None:
         return nullcontext()
-    return BusFeed(setup.bus, setup.configuration.site, is_live=True)
+    cameras = cameras_of_perceivers(setup.configuration.modules.values())
+    return BusFeed(setup.bus, setup.configuration.site, is_live=True, cameras=cameras)
 
 
 def _record_listener(feeds: Sequence[BusFeed]) -> Callable[[bytes], None] | None:

@@ -9,9 +9,10 @@ from typing import Final, TextIO
 
 from aeros.distribution import install_command
 from aeros.runtime.bus.feed import BusFeed
-from aeros.runtime.bus.message_publisher import topics_of
 from aeros.runtime.bus.recording.topic_choice import ChosenTopic, TopicChoice, TopicChoiceError
-from aeros.spec.model.site import Site
+from aeros.runtime.bus.viewer.things import cameras_of_perceivers
+from aeros.runtime.bus.viewer.topics import topics_of
+from aeros.runtime.gate.configuration import Configuration
 
 _NOUN: Final = {"--bag": "folder", "--mcap": "file"}
 
@@ -22,14 +23,14 @@ class BagOutputError(Exception):
 
 @contextmanager
 def open_bag(
-    folder: Path | None, file: Path | None, site: Site, chosen: Sequence[ChosenTopic] = ()
+    folder: Path | None, file: Path | None, configuration: Configuration, chosen: Sequence[ChosenTopic] = ()
 ) -> Iterator[BusFeed | None]:
     """Open a feed into a bag or an MCAP file, which is complete when the block ends.
 
     Args:
         folder: A new folder for a bag; None for no bag.
         file: A new MCAP file; None for none.
-        site: The site that declares the measured vocabulary.
+        configuration: The site that declares the measured vocabulary, and the modules that perceive.
         chosen: Topics to keep; none to keep all.
 
     Yields:
@@ -47,9 +48,9 @@ def open_bag(
         from aeros.runtime.bus.recording.bag import Bag, BagError, McapFile
     except ImportError as error:
         raise BagOutputError(f"{option} needs {install_command('ros')} ({error.name} is missing)") from error
-    choice = TopicChoice(chosen)
+    choice, cameras = TopicChoice(chosen), cameras_of_perceivers(configuration.modules.values())
     try:
-        choice.require_topics(topics_of(site))
+        choice.require_topics(topics_of(configuration.site, cameras))
     except TopicChoiceError as refusal:
         raise BagOutputError(f"--keep: {refusal}") from refusal
     try:
@@ -57,19 +58,21 @@ def open_bag(
     except BagError as refusal:
         raise BagOutputError(f"{refusal}; give a new {_NOUN[option]} with {option}") from refusal
     try:
-        with bag, BusFeed(bag, site, is_whole=True) as feed:
+        with bag, BusFeed(bag, configuration.site, is_whole=True, cameras=cameras) as feed:
             yield feed
     except BagError as failure:
         raise BagOutputError(str(failure)) from failure
 
 
 @contextmanager
-def open_live_view(port: int | None, site: Site, stream: TextIO | None) -> Iterator[BusFeed | None]:
+def open_live_view(
+    port: int | None, configuration: Configuration, stream: TextIO | None
+) -> Iterator[BusFeed | None]:
     """Open a feed to viewers, which never makes the run wait, until the block ends.
 
     Args:
         port: Port of 127.0.0.1; 0 for any free one, None for no live view.
-        site: The site that declares the measured vocabulary.
+        configuration: The site that declares the measured vocabulary, and the modules that perceive.
         stream: Stream that the address is printed to; None to print nothing.
 
     Yields:
@@ -86,10 +89,11 @@ def open_live_view(port: int | None, site: Site, stream: TextIO | None) -> Itera
     except ImportError as error:
         raise BagOutputError(f"--live needs {install_command('live')} ({error.name} is missing)") from error
     try:
-        view = LiveView(port, site)
+        view = LiveView(port, configuration.site.id)
     except LiveViewError as refusal:
         raise BagOutputError(f"{refusal}; give another port with --live") from refusal
-    with view, BusFeed(view, site) as feed:
+    cameras = cameras_of_perceivers(configuration.modules.values())
+    with view, BusFeed(view, configuration.site, cameras=cameras) as feed:
         if stream is not None:
             print(f"live       {view.url}", file=stream, flush=True)
         yield feed

@@ -13,10 +13,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import datetime
 from html import escape
 from itertools import groupby
+from math import inf
 from typing import Any
 
 import aeros
 from aeros.apps.drawings.drawing import svg
+from aeros.apps.report_page.cell_sketch import cell_sketch, paths_of
 from aeros.apps.report_page.film_element import FilmFile, film_element
 from aeros.apps.report_page.film_link import FilmLink
 from aeros.apps.report_page.plots import COLOURS, Mark, collect_marks, plot, timeline
@@ -30,15 +32,26 @@ from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.model.site import Site
 
 _STYLE = """\
-body{font:14px/1.45 sans-serif;margin:2em auto;max-width:1120px;padding:0 1em;color:#222}
-h1{font-size:1.5em}h2{font-size:1.15em;margin-top:2em;border-bottom:1px solid #ccc}
-video,.film{max-width:100%}
-table{border-collapse:collapse}td,th{text-align:left;vertical-align:top;padding:2px 10px 2px 0}
-.wide td{border-top:1px solid #eee}.bad{color:#c62828;font-weight:bold}.good{color:#2e7d32}
-code,.n{font-family:monospace;overflow-wrap:anywhere}svg{max-width:100%;height:auto;display:block}
-.key{display:inline-block;width:1em;height:.8em;margin:0 .3em 0 1em}.quiet{color:#666}
+:root{color-scheme:light dark;--ink:#222;--paper:#fff;--line:#ccc;--quiet:#595959;--ground:#f5f5f5;
+--bad:#a63a00;--good:#005b8f;--link:#005b8f}
+@media(prefers-color-scheme:dark){:root{--ink:#e4e6e8;--paper:#17191c;--line:#4a4f55;--quiet:#a5abb1;
+--ground:#22262a;--bad:#ff9b5e;--good:#6cc0f5;--link:#6cc0f5}}
+body{font:14px/1.45 sans-serif;margin:2em auto;max-width:1120px;padding:0 1em;color:var(--ink);
+background:var(--paper)}
+h1{font-size:1.5em;overflow-wrap:anywhere}
+h2{font-size:1.15em;margin-top:2em;border-bottom:1px solid var(--line)}
+nav a{margin-right:1em}a,span[role=button]{color:var(--link);text-decoration:underline}
+video,.film{max-width:100%}.scroll,.paper{overflow-x:auto}
+table{border-collapse:collapse}
+td,th{text-align:left;vertical-align:top;padding:2px 10px 2px 0}
+.wide td{border-top:1px solid var(--line)}.bad{color:var(--bad);font-weight:bold}.good{color:var(--good)}
+code,.n{font-family:monospace;overflow-wrap:anywhere}svg{display:block}svg text{fill:var(--ink)}
+.ground{fill:var(--ground)}.grid{stroke:var(--line)}.axis{stroke:var(--ink)}.line{stroke:var(--good)}
+.zone{fill:var(--ink);fill-opacity:.04;stroke:var(--quiet)}
+.paper{background:#fff;width:fit-content;max-width:100%}.paper svg text{fill:#111}
+.key{display:inline-block;width:1em;height:.8em;margin:0 .3em 0 1em}.quiet{color:var(--quiet)}
 form label{margin-right:1em}[hidden]{display:none}[role=button]{cursor:pointer}
-span[role=button]{color:#1565c0;text-decoration:underline}
+@media(max-width:700px){body{margin:1em auto}td,th{padding-right:6px}}
 """
 
 _MAX_PLANS = 60
@@ -67,8 +80,9 @@ def page_of(
     sections = [
         ("Summary", _summary(run, signed)),
         *([] if film is None else [("Film", [film_element(film)])]),
+        ("Cell from above", _cell(run, sites)),
         ("Task graph", _plans(run)),
-        ("Skill sequence", [svg(run_diagram(run))]),
+        ("Skill sequence", [_on_paper(svg(run_diagram(run)))]),
         ("Timeline", [timeline(run, marks, link), _legend(), *_marks(marks, link)]),
         ("Stops", _stops(run, link)),
         ("Distances, speeds and forces against their bounds", _plots(run, series, sites, marks)),
@@ -81,17 +95,40 @@ def page_of(
     if film is not None:
         policy += "; media-src data:; img-src data:"
     title = _text(f"run {name}", 200)
+    headings = [(f"part-{number}", *section) for number, section in enumerate(sections, 1)]
+    contents = "".join(f'<a href="#{part}">{heading}</a>' for part, heading, _ in headings)
     return "\n".join(
         [
             '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
-            f"<title>{title}</title><style>{_STYLE}</style></head><body><h1>{title}</h1>",
-            *(f"<h2>{heading}</h2>\n" + "\n".join(parts) for heading, parts in sections),
-            f'<p class="quiet">Made by aeros {aeros.__version__} from the files of the run.</p>',
-            f"<script>{script}</script></body></html>",
+            f"<title>{title}</title><style>{_STYLE}</style></head><body>",
+            f'<header><h1>{_headline(run)}</h1><p class="quiet">{title}</p>',
+            f'<nav aria-label="Parts of this page">{contents}</nav></header><main>',
+            *(
+                f'<section aria-labelledby="{part}"><h2 id="{part}">{heading}</h2>\n'
+                + "\n".join(parts)
+                + "</section>"
+                for part, heading, parts in headings
+            ),
+            f'</main><footer class="quiet">Made by aeros {aeros.__version__} from the files of the run.',
+            f"</footer><script>{script}</script></body></html>",
             "",
         ]
     )
+
+
+def _headline(left: RunData) -> str:
+    """Say what was asked for, how it ended, how long it took and how often the gate denied."""
+    ended = next((details for kind, details in reversed(left.notes) if kind == "run-ended"), None)
+    asked = _noted_details(left, "task-selected", "instruction") or "no task"
+    counts = left.chain.decisions
+    return f"{asked}: {_ended(ended)} · {left.ends_at:.0f} s · {counts.denied} denied"
+
+
+def _on_paper(diagram: str) -> str:
+    """Put a diagram with colours of its own on white, whatever the colours of the page."""
+    return f'<div class="paper" tabindex="0">{diagram}</div>'
 
 
 def _text(value: object, max_chars: int = _MAX_TEXT_CHARS) -> str:
@@ -101,12 +138,23 @@ def _text(value: object, max_chars: int = _MAX_TEXT_CHARS) -> str:
 
 def _table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = "") -> str:
     """Build a table from cells that are HTML already."""
-    top = "<thead><tr>" + "".join(f"<th>{one}</th>" for one in head) + "</tr></thead>" if head else ""
+    top = (
+        "<thead><tr>" + "".join(f'<th scope="col">{one}</th>' for one in head) + "</tr></thead>"
+        if head
+        else ""
+    )
     body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
-    return f'<table class="{kind}">{top}<tbody>{body}</tbody></table>'
+    return f'<div class="scroll" tabindex="0"><table class="{kind}">{top}<tbody>{body}</tbody></table></div>'
 
 
-# Summary
+# Summary and sketch
+
+
+def _cell(left: RunData, sites: Mapping[str, Site]) -> Iterator[str]:
+    used = [sites[one.site] for one in left.decisions if one.site is not None and one.site in sites]
+    site = next(iter(used or sites.values()), None)
+    drawn = None if site is None else cell_sketch(site, paths_of(left, site))
+    yield "<p>Without the site of the run, its cell is not drawn.</p>" if drawn is None else drawn
 
 
 def _summary(left: RunData, signed: str) -> Iterator[str]:
@@ -147,7 +195,7 @@ def _ended(details: Mapping[str, Any] | None) -> str:
 def _plans(left: RunData) -> Iterator[str]:
     """Draw the latest plan and list all; consecutive equal plans are listed once."""
     latest = plan_diagram(left)
-    yield "<p>The trace has no plan.</p>" if latest is None else svg(latest)
+    yield "<p>The trace has no plan.</p>" if latest is None else _on_paper(svg(latest))
     plans = [(one.time, one.details.get("steps")) for one in left.events if one.kind == "plan-accepted"]
     folded = [list(group) for _, group in groupby(plans, key=lambda plan: json.dumps(plan[1]))]
     items = []
@@ -166,7 +214,8 @@ def _plans(left: RunData) -> Iterator[str]:
 
 def _legend() -> str:
     keys = (
-        f'<svg class="key" viewBox="0 0 1 1"><rect width="1" height="1" fill="{colour}"/></svg>{sort}'
+        f'<svg class="key" viewBox="0 0 1 1" aria-hidden="true"><rect width="1" height="1" fill="{colour}"/>'
+        f"</svg>{sort}"
         for sort, colour in COLOURS.items()
     )
     return f"<p>{''.join(keys)}</p>"
@@ -208,8 +257,14 @@ def _plots(left: RunData, series: Series, sites: Mapping[str, Site], marks: Sequ
     if series.sample_step > 1:
         yield f"<p>Bounds are evaluated at each {series.sample_step}th sample, and at each decision.</p>"
     shown = [one for one in series.quantities.values() if one.is_single and (one.upper or one.lower)]
-    for quantity in sorted(shown, key=lambda one: (one.is_requested, one.name)):
-        yield plot(quantity, [one for one in marks if one.category in ("stopped", "fault")], left.ends_at)
+    tightness = _relative_margins(series)
+    shown.sort(key=lambda one: (tightness.get(one.name, inf), one.is_requested, one.name))
+    stops = [one for one in marks if one.category in ("stopped", "fault")]
+    yield from (plot(one, stops, left.ends_at) for one in shown if not one.is_flat)
+    if flat := [one for one in shown if one.is_flat]:
+        plots = "".join(plot(one, stops, left.ends_at) for one in flat)
+        names = ", ".join(_text(one.name) for one in flat)
+        yield f"<details><summary>without a change: {names}</summary>{plots}</details>"
     nearest = sorted(
         series.closest_approaches.values(), key=lambda one: (one.margin / (abs(one.bound) or 1), one.rule)
     )
@@ -232,6 +287,14 @@ def _plots(left: RunData, series: Series, sites: Mapping[str, Site], marks: Sequ
         )
 
 
+def _relative_margins(series: Series) -> dict[str, float]:
+    """Return the smallest margin of each quantity, as a share of the bound."""
+    found: dict[str, float] = {}
+    for (_, name), one in series.closest_approaches.items():
+        found[name] = min(found.get(name, inf), one.margin / (abs(one.bound) or 1.0))
+    return found
+
+
 # Decisions
 
 
@@ -252,10 +315,11 @@ def _decisions(left: RunData, link: FilmLink) -> Iterator[str]:
     if left_out:
         yield f"<p>{left_out} more are left out, plain ALLOWs first: `aeros audit show` has them all.</p>"
     head = ("records", "time", "verdict", "skill", "action", "why")
-    heads = "".join(f"<th>{one}</th>" for one in head)
-    yield f'<table id="decisions" class="wide"><thead><tr>{heads}</tr></thead><tbody>'
+    heads = "".join(f'<th scope="col">{one}</th>' for one in head)
+    yield '<div class="scroll" tabindex="0"><table id="decisions" class="wide">'
+    yield f"<thead><tr>{heads}</tr></thead><tbody>"
     yield from (_row(row, link) for row in rows)
-    yield "</tbody></table>"
+    yield "</tbody></table></div>"
 
 
 def _row(row: DecisionRow, link: FilmLink) -> str:

@@ -18,14 +18,18 @@ _MAX_BARS: Final = 2_000
 _MAX_MARKS: Final = 500
 
 COLOURS: Final = {
-    "succeeded": "#2e7d32",
-    "failed": "#ef6c00",
-    "denied": "#c62828",
-    "stopped": "#c62828",
-    "under way": "#90a4ae",
-    "fault": "#6a1b9a",
-    "re-plan": "#1565c0",
+    "succeeded": "#0072b2",
+    "failed": "#cc79a7",
+    "denied": "#d55e00",
+    "stopped": "#d55e00",
+    "under way": "#8a8f94",
+    "fault": "#009e73",
+    "re-plan": "#009e73",
 }
+"""Four colours of Okabe and Ito and a grey, which colour-blind people tell apart on white and on black."""
+
+_DASHED: Final = frozenset({"re-plan"})
+"""Categories whose marks are dashed, as they share a colour with another kind of mark."""
 
 
 class Mark(NamedTuple):
@@ -115,7 +119,7 @@ def timeline(left: RunData, marks: Sequence[Mark], link: FilmLink = NO_FILM) -> 
     if link.span is not None:
         parts.append(
             f'<path id="cursor" display="none" data-left="{_LEFT}" data-width="{_WIDTH}"'
-            f' data-end="{max(left.ends_at, 1e-9)}" d="M0 0V{height:.0f}" stroke="#222" stroke-width="1.5"'
+            f' data-end="{max(left.ends_at, 1e-9)}" d="M0 0V{height:.0f}" class="axis" stroke-width="1.5"'
             ' pointer-events="none"/>'
         )
     return _svg(height + _FOOT, "timeline of steps", parts)
@@ -166,11 +170,11 @@ class _TimeAxis:
     def grid(self, height: float) -> Iterator[str]:
         step = 10.0 ** floor(log10(self._length))
         step = next(step * part for part in (0.1, 0.2, 0.5, 1.0) if self._length / (step * part) <= 12)
-        yield f'<rect x="{_LEFT}" y="0" width="{_WIDTH}" height="{height:.0f}" fill="#fafafa"/>'
+        yield f'<rect x="{_LEFT}" y="0" width="{_WIDTH}" height="{height:.0f}" class="ground"/>'
         number = 0
         while number * step <= self._length:
             x = self.x(number * step)
-            yield f'<path d="M{x:.1f} 0V{height:.0f}" stroke="#ddd"/>'
+            yield f'<path d="M{x:.1f} 0V{height:.0f}" class="grid"/>'
             yield f'<text x="{x:.1f}" y="{height + 15:.0f}" text-anchor="middle">{number * step:g} s</text>'
             number += 1
 
@@ -207,7 +211,7 @@ def _line(quantity: PlottedQuantity, axis: _TimeAxis, y: _YAxis) -> str:
         for value in ((min(values), max(values)) if len(values) > 1 else values)
     ]
     path = " ".join(f"{x:.1f},{y(value):.1f}" for x, value in points)
-    return f'<polyline points="{path}" fill="none" stroke="#1565c0" stroke-width="1.3"/>'
+    return f'<polyline points="{path}" fill="none" class="line" stroke-width="1.3"/>'
 
 
 def _steps(quantity: PlottedQuantity, axis: _TimeAxis, y: _YAxis, ends_at: float) -> str:
@@ -216,7 +220,7 @@ def _steps(quantity: PlottedQuantity, axis: _TimeAxis, y: _YAxis, ends_at: float
     for (time, value), (until, _) in pairwise([*quantity.points, (ends_at, None)]):
         if value is not None:
             path += f"M{axis.x(time):.1f} {y(value):.1f}H{axis.x(until):.1f}"
-    return f'<path d="{path}" fill="none" stroke="#1565c0" stroke-width="1.3"/>'
+    return f'<path d="{path}" fill="none" class="line" stroke-width="1.3"/>'
 
 
 def _shade(axis: _TimeAxis, y: _YAxis, limits: Sequence[Limit], *, is_upper: bool) -> str:
@@ -226,7 +230,7 @@ def _shade(axis: _TimeAxis, y: _YAxis, limits: Sequence[Limit], *, is_upper: boo
             x, edge = axis.x(one.time), y(one.value)
             top, bottom = (0.0, edge) if is_upper else (edge, float(_PLOT))
             parts.append(f"M{x:.1f} {top:.1f}H{axis.x(after.time):.1f}V{bottom:.1f}H{x:.1f}z")
-    return f'<path d="{"".join(parts)}" fill="#c62828" fill-opacity="0.09"/>'
+    return f'<path d="{"".join(parts)}" fill="#d55e00" fill-opacity="0.13"/>'
 
 
 def _bars(axis: _TimeAxis, y: _YAxis, limits: Sequence[Limit], unit: str) -> Iterator[str]:
@@ -235,7 +239,7 @@ def _bars(axis: _TimeAxis, y: _YAxis, limits: Sequence[Limit], unit: str) -> Ite
             tooltip = f"{one.rule}: {one.value:.4g} {unit} from {one.time:.2f} s"
             x, wide = axis.x(one.time), max(axis.x(after.time) - axis.x(one.time), 1.0)
             yield (
-                f'<path d="M{x:.1f} {y(one.value):.1f}h{wide:.1f}" stroke="#c62828" stroke-width="1.6">'
+                f'<path d="M{x:.1f} {y(one.value):.1f}h{wide:.1f}" stroke="#d55e00" stroke-width="1.6">'
                 f"{_title(tooltip)}</path>"
             )
 
@@ -245,7 +249,8 @@ def _mark_lines(
 ) -> Iterator[str]:
     for mark in marks[:_MAX_MARKS]:
         seek = link.attribute(mark.time)
-        line = f'<path d="M{axis.x(mark.time):.1f} 0V{height:.0f}"'
+        dash = ' stroke-dasharray="4 2"' if mark.category in _DASHED else ""
+        line = f'<path d="M{axis.x(mark.time):.1f} 0V{height:.0f}"{dash}'
         # A click hits an invisible wider line.
         target = f'{line} stroke="#000" stroke-opacity="0" stroke-width="8"/>' if seek else ""
         yield (
@@ -266,6 +271,7 @@ def _title(text: str) -> str:
 def _svg(height: float, title: str, parts: Iterable[str]) -> str:
     width = _LEFT + _WIDTH + _RIGHT
     return (
-        f'<svg viewBox="0 0 {width} {height:.0f}" width="{width}" height="{height:.0f}" role="img"'
-        f' font-family="sans-serif" font-size="11">{_title(title)}' + "".join(parts) + "</svg>"
+        f'<div class="scroll" tabindex="0"><svg viewBox="0 0 {width} {height:.0f}" width="{width}"'
+        f' height="{height:.0f}" role="group" aria-label="{escape(title)}" font-family="sans-serif"'
+        f' font-size="11">{_title(title)}{"".join(parts)}</svg></div>'
     )

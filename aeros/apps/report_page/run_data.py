@@ -10,7 +10,9 @@ import json
 import re
 from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import chain
 from math import isfinite
 from pathlib import Path
 from typing import Any, Final
@@ -19,6 +21,7 @@ from aeros.apps.rule_causes import RuleCause, read_causes
 from aeros.apps.stop_text import stop_text
 from aeros.runtime.audit.check import CHECKPOINT, GENESIS, AuditReport, DecisionCounts, Record, verify_log
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
+from aeros.sim.film_file import FILE as POSES
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import Format, FormatVersionError
@@ -130,6 +133,7 @@ class RunData:
         notes: The agent's events in the audit log.
         events: The agent's events in the trace.
         samples: Plant time (s) and measured state.
+        people: Plant time (s), and x and y of each simulated person in W (m), of recorded poses.
         pause_changes: Plant time (s), and `paused` or `resumed`.
         stops: Plant time at which each stop began (s), and its text.
         problems: Messages about files that cannot be read or contradict each other.
@@ -142,6 +146,7 @@ class RunData:
     notes: list[tuple[str, Mapping[str, Any]]] = field(default_factory=list)
     events: list[TraceEvent] = field(default_factory=list)
     samples: list[tuple[float, Mapping[str, Any]]] = field(default_factory=list)
+    people: list[tuple[float, tuple[tuple[float, float], ...]]] = field(default_factory=list)
     pause_changes: list[tuple[float, str]] = field(default_factory=list)
     stops: list[tuple[float, str]] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
@@ -201,7 +206,25 @@ def read_run_data(folder: Path) -> RunData:
         sample for line in _lines(folder / SAMPLES, formats.MEASURED, left) if (sample := parse_sample(line))
     ]
     left.samples.sort(key=lambda sample: sample[0])
+    left.people = list(_people(folder / POSES))
     return left
+
+
+def _people(path: Path) -> Iterator[tuple[float, tuple[tuple[float, float], ...]]]:
+    """Yield where people were, of the lines of recorded poses that say so; other lines are skipped."""
+    with suppress(OSError), path.open("rb") as file:
+        for line in file:
+            if b'"people"' in line and (found := _parse_people(line)) is not None:
+                yield found
+
+
+def _parse_people(line: bytes) -> tuple[float, tuple[tuple[float, float], ...]] | None:
+    try:
+        content = json.loads(line)
+        time, people = float(content["t"]), tuple((float(x), float(y)) for x, y, *_ in content["people"])
+    except (ValueError, TypeError, KeyError, RecursionError, OverflowError):
+        return None
+    return (time, people) if all(map(isfinite, (time, *chain.from_iterable(people)))) else None
 
 
 def _canonical_events(events: list[tuple[str, Mapping[str, Any]]]) -> str:

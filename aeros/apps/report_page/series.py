@@ -6,18 +6,19 @@ latest decided action, for the measurements at that time (`runtime.monitor.rule_
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import isfinite
 from typing import Any, Final, NamedTuple
 
 from aeros.apps.report_page.run_data import RecordedDecision, RunData
-from aeros.runtime.monitor.rule_bounds import Bound, rule_bounds
+from aeros.runtime.monitor.bounds_in_force import BoundInForce, BoundsInForce, scalars
+from aeros.runtime.monitor.rule_bounds import Bound
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, scalar_variables
+from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.semantics import Value
-from aeros.spec.expr.types import EnumType, RealType
+from aeros.spec.expr.types import RealType
 from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
@@ -61,6 +62,15 @@ class PlottedQuantity:
     points: list[tuple[float, float | None]] = field(default_factory=list)
     upper: list[Limit] = field(default_factory=list)
     lower: list[Limit] = field(default_factory=list)
+
+    @property
+    def is_flat(self) -> bool:
+        """True if neither its value nor a bound on it ever changed."""
+        values = {value for _, value in self.points if value is not None}
+        bounds = [
+            {one.value for one in limits if one.value is not None} for limits in (self.upper, self.lower)
+        ]
+        return len(values) <= 1 and all(len(one) <= 1 for one in bounds)
 
 
 class ClosestApproach(NamedTuple):
@@ -146,8 +156,7 @@ class _TimelineWalker:
         self._series = series
         self._sites = sites
         self._values: dict[str, Value] = {}
-        self._under_way: dict[str, tuple[RecordedDecision, Site]] = {}
-        self._terms: dict[tuple[str, str], list[tuple[str, t.Term]]] = {}
+        self._actions = BoundsInForce()
         self._declared = {name: one for site in sites.values() for name, one in site.state.items()}
 
     def measure(self, time: float, state: Mapping[str, Any]) -> None:
@@ -156,7 +165,7 @@ class _TimelineWalker:
             declared = self._declared.get(name)
             if declared is None or type(pair) is not list or len(pair) != 2:
                 continue
-            for scalar, value in _scalars(declared, pair[0]):
+            for scalar, value in scalars(declared, pair[0]):
                 self._values[scalar] = value
                 if isinstance(value, Fraction):
                     quantity = self._quantity(scalar, declared, is_asked=False)
@@ -167,19 +176,18 @@ class _TimelineWalker:
     def begin(self, one: RecordedDecision) -> None:
         """Start an action; it replaces the skill's previous one."""
         site = self._sites.get(one.site or "")
-        if site is not None and one.kind in site.kinds:
-            self._under_way[one.skill] = (one, site)
+        if site is not None:
+            self._actions.begin(one.skill, site, one.kind, one.decided)
 
     def end(self, skill: str) -> None:
         """End the skill's action."""
-        self._under_way.pop(skill, None)
+        self._actions.end(skill)
 
     def evaluate_bounds(self, time: float) -> None:
         """Evaluate and record all bounds in force."""
         found: dict[tuple[str, bool], Limit] = {}
-        for one, site in self._under_way.values():
-            for rule, bound in self._bounds(one, site):
-                self._add_bound(time, one, site, rule, bound, found)
+        for bound in self._actions.find(self._values):
+            self._add_bound(time, bound, found)
         for quantity in self._series.quantities.values():
             is_over = (
                 quantity.is_requested and not {(quantity.name, True), (quantity.name, False)} & found.keys()
@@ -191,44 +199,16 @@ class _TimelineWalker:
                 if (limits or limit.value is not None) and (not limits or limits[-1][1:] != limit[1:]):
                     limits.append(limit)
 
-    def _bounds(self, one: RecordedDecision, site: Site) -> Iterator[tuple[str, Bound]]:
-        kind = site.kinds[one.kind]
-        if (site.digest, kind.name) not in self._terms:
-            terms = [(rule.id, lower(rule.terms[kind.name])) for rule in site.rules_for_kind(kind.name)]
-            self._terms[site.digest, kind.name] = terms
-        asked = {
-            scalar: value
-            for name, declared in kind.parameters.items()
-            for scalar, value in _scalars(declared, one.decided.get(name))
-        }
-        for rule, term in self._terms[site.digest, kind.name]:
-            for bound in rule_bounds(term, self._values | asked):
-                yield rule, bound
-
-    def _add_bound(
-        self,
-        time: float,
-        one: RecordedDecision,
-        site: Site,
-        rule: str,
-        bound: Bound,
-        found: dict[tuple[str, bool], Limit],
-    ) -> None:
-        variable = bound.variable
-        is_asked = variable.role is t.VariableRole.PARAMETER
-        name = f"{one.kind}.{variable.name}" if is_asked else variable.name
-        measured = self._requested_value(one, site, variable) if is_asked else self._values[variable.name]
-        if not isinstance(measured, Fraction):
-            return
-        if is_asked:
-            declared = site.kinds[one.kind].parameters[variable.name.partition(".")[0]]
-            quantity = self._quantity(name, declared, is_asked=True)
-            if not quantity.points or quantity.points[-1][1] != float(measured):
-                quantity.points.append((time, float(measured)))
-        shown = abs(measured) if isinstance(bound.quantity, t.Absolute) else measured
-        self._note_nearest(rule, name, unparse(bound.quantity), bound, float(shown), time)
+    def _add_bound(self, time: float, one: BoundInForce, found: dict[tuple[str, bool], Limit]) -> None:
+        name, bound = one.name, one.bound
+        if one.is_requested:
+            quantity = self._quantity(name, one.declared, is_asked=True)
+            if not quantity.points or quantity.points[-1][1] != float(one.value):
+                quantity.points.append((time, float(one.value)))
+        shown = abs(one.value) if isinstance(bound.quantity, t.Absolute) else one.value
+        self._note_nearest(one.rule, name, unparse(bound.quantity), bound, float(shown), time)
         if isinstance(bound.quantity, t.Variable):
-            limit, key = Limit(time, float(bound.value), rule), (name, bound.is_upper)
+            limit, key = Limit(time, float(bound.value), one.rule), (name, bound.is_upper)
             known = found.get(key)
             if known is None or known.value is None or _is_tighter(bound, known.value):
                 found[key] = limit
@@ -244,11 +224,6 @@ class _TimelineWalker:
         if known is None or nearest.margin < known.margin:
             self._series.closest_approaches[key] = nearest
 
-    def _requested_value(self, one: RecordedDecision, site: Site, variable: t.Variable) -> Value | None:
-        name = variable.name.partition(".")[0]
-        parameters = site.kinds[one.kind].parameters
-        return dict(_scalars(parameters[name], one.decided.get(name))).get(variable.name)
-
     def _quantity(self, name: str, declared: Declared, *, is_asked: bool) -> PlottedQuantity:
         known = self._series.quantities.get(name)
         if known is None:
@@ -263,27 +238,3 @@ class _TimelineWalker:
 
 def _is_tighter(bound: Bound, known: float) -> bool:
     return bound.value < known if bound.is_upper else bound.value > known
-
-
-def _scalars(declared: Declared, value: Any) -> Sequence[tuple[str, Value]]:
-    """Return the exact scalars of a recorded value; empty if it has the wrong form."""
-    names = scalar_variables(declared.variable)
-    parts = value if type(value) is list else [value]
-    if len(parts) != len(names):
-        return ()
-    found: list[tuple[str, Value]] = []
-    for variable, part in zip(names, parts, strict=True):
-        match variable.type:
-            case RealType():
-                if type(part) not in (float, int) or not isfinite(part):
-                    return ()
-                found.append((variable.name, Fraction(part)))
-            case EnumType(members=members):
-                if part not in members:
-                    return ()
-                found.append((variable.name, part))
-            case _:
-                if type(part) is not bool:
-                    return ()
-                found.append((variable.name, part))
-    return found

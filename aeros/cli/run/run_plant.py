@@ -34,7 +34,7 @@ from aeros.session.plant_factory import (
     require_new_film,
 )
 from aeros.session.scene_files import module_of
-from aeros.session.setup import create_output_folder
+from aeros.session.setup import AUDIT, create_output_folder
 from aeros.sim.film_file import FILE as POSES
 from aeros.sim.hosting.host import HostLog, PlantHost
 from aeros.spec.model.variables import measured_by_site
@@ -152,12 +152,25 @@ def open_outputs(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Pat
         if arguments.view:
             spectators.append(open_viewer(arguments.plant))
             stack.callback(spectators[0].close)
-        out = arguments.out if arguments.serve_plant else create_output_folder(arguments.out, task)
+        out = arguments.out
+        if not arguments.serve_plant:
+            given = arguments.out if arguments.out is not None and arguments.out.exists() else None
+            out = create_output_folder(arguments.out, task)
+            stack.push(lambda kind, _error, _trace: None if kind is None else _remove_unused(out, given))
         if arguments.film is not None:
             require_new_film(arguments.plant, arguments.film)
         if arguments.plant in PHYSICS_PLANTS and not arguments.no_film:
             spectators.append(open_recorder(arguments.plant, out / POSES))
         yield out, spectators
+
+
+def _remove_unused(out: Path, given: Path | None) -> None:
+    """Remove what a run has left that was refused before it had a record; keep a folder that was there."""
+    if not (out / AUDIT).exists():
+        with suppress(OSError):
+            (out / POSES).unlink(missing_ok=True)
+            if given is None:
+                out.rmdir()
 
 
 def lost_poses(viewers: Sequence[Viewer]) -> int:

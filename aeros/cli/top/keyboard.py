@@ -30,6 +30,9 @@ _SEQUENCES: Final = {
 _READ: Final = 1024
 """Most bytes that are read at a time."""
 
+_ESCAPE_TIME: Final = 0.05
+"""Time in which the rest of an escape sequence comes, s; after it, Escape was pressed alone."""
+
 
 class Keyboard:
     """Keys of a terminal.
@@ -41,6 +44,8 @@ class Keyboard:
 
     def __init__(self, source: int | None, wake: int) -> None:
         self._source, self._wake = source, wake
+        self._unfinished = b""
+        """Beginning of a sequence whose end has not come in time."""
 
     @property
     def is_there(self) -> bool:
@@ -65,7 +70,19 @@ class Keyboard:
         data = os.read(self._source, _READ)
         if not data:
             self._source = None  # The terminal is gone.
-        return pressed_alone(parse_keys(data))
+            return []
+        while open_sequence(data) and select.select([self._source], [], [], _ESCAPE_TIME)[0]:
+            more = os.read(self._source, _READ)
+            if not more:
+                break
+            data += more
+        late, self._unfinished = self._unfinished, b""
+        keys = parse_keys(late + data)
+        rest = open_sequence(late + data)
+        if len(rest) > 1:
+            # A slow line: no letter of what is still to come may count as a key.
+            self._unfinished = rest
+        return pressed_alone(keys)
 
 
 def parse_keys(data: bytes) -> list[str]:
@@ -89,6 +106,23 @@ def parse_keys(data: bytes) -> list[str]:
         keys.append(_SEQUENCES.get(data[place:end], "unknown"))
         place = end
     return keys
+
+
+def open_sequence(data: bytes) -> bytes:
+    """Find an escape sequence at the end that lacks its end.
+
+    Args:
+        data: the bytes.
+
+    Returns:
+        What there is of it, from Escape on; nothing if the last sequence is complete.
+    """
+    start = data.rfind(b"\x1b")
+    rest = data[start:] if start >= 0 else b""
+    if rest in (b"\x1b", b"\x1bO"):
+        return rest
+    is_open = rest.startswith(b"\x1b[") and not any(0x40 <= one <= 0x7E for one in rest[2:])
+    return rest if is_open else b""
 
 
 def pressed_alone(keys: list[str]) -> list[str]:

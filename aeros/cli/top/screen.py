@@ -10,6 +10,7 @@ from enum import Enum
 from typing import Final, NamedTuple
 
 from aeros.cli.terminal import escape_for_terminal
+from aeros.cli.text_width import cut_to_width
 
 _HOME, _END_OF_LINE, _BELOW, _PLAIN = "\x1b[H", "\x1b[K", "\x1b[J", "\x1b[0m"
 
@@ -141,7 +142,7 @@ class TopScreen:
 
     def _line(self, line: StyledLine, columns: int) -> str:
         text = escape_for_terminal(line.text).replace("\n", "\\n").replace("\t", " ")
-        cut = text[: max(0, columns - 1)]
+        cut = cut_to_width(text, max(0, columns - 1))
         if not self._has_colours or line.style is Style.NORMAL:
             return cut + _END_OF_LINE
         return f"{line.style.value}{cut}{_PLAIN}{_END_OF_LINE}"

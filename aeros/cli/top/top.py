@@ -19,6 +19,7 @@ from aeros.cli.arguments import add_command, existing_path, seconds_from
 from aeros.cli.latest_run import latest_run
 from aeros.cli.records.report import available_sites
 from aeros.cli.terminal import shows_colour, write_control
+from aeros.cli.text_width import pad_to_width
 from aeros.cli.top.keyboard import Keyboard, open_keyboard
 from aeros.cli.top.operator_call import OperatorCall
 from aeros.cli.top.resources import quota_text, resource_lines, tools_view
@@ -297,7 +298,7 @@ def _timed(one: Mapping[str, Any], style: Style) -> StyledLine:
 def _bound(one: Mapping[str, Any]) -> StyledLine:
     way, limit = ("at most", one["at_most"]) if "at_most" in one else ("at least", one["at_least"])
     is_broken = one["margin"] < 0
-    measured = f"{one['quantity']:28} {one['measured']:9.4g}"
+    measured = f"{pad_to_width(one['quantity'], 28)} {one['measured']:9.4g}"
     text = f"{measured}  {way} {limit:.4g} {one['unit']:5} {one['rule']}{'  BROKEN' if is_broken else ''}"
     return StyledLine(text, Style.BAD if is_broken else Style.NORMAL)
 
@@ -314,7 +315,7 @@ def _world(world: Mapping[str, Any]) -> Iterator[str]:
     for name, one in sorted(world.items(), key=lambda item: (type(item[1]["value"]) is float, item[0])):
         value = one["value"]
         shown = f"{value:.4g}" if type(value) is float else json.dumps(value)
-        yield f"{name:24} {shown:>10}  {one['age']:.2f} s ago"
+        yield f"{pad_to_width(name, 24)} {shown:>10}  {one['age']:.2f} s ago"
 
 
 @contextmanager

@@ -8,15 +8,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any, Final, get_type_hints
+from typing import Any, Final, get_args, get_type_hints
 
 import numpy as np
 from msgspec.structs import replace
+from rosbags.interfaces.typing import Typesdict
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from aeros.runtime.bus.messages import Message, Time
 
-_AEROS_MESSAGES: Final = Path(__file__).parent / "aeros_msgs" / "msg"
+_PACKAGES: Final = ("aeros_msgs", "foxglove_msgs")
+"""Message packages that ROS 2 Humble does not bring."""
+
 _ROS2: Final = 2
 
 _NUMPY_TYPES: Final[dict[Any, type[np.float64 | np.uint8]]] = {
@@ -26,7 +29,7 @@ _NUMPY_TYPES: Final[dict[Any, type[np.float64 | np.uint8]]] = {
 
 
 class CdrEncoder:
-    """Encoder of messages; it knows the types of ROS 2 Humble and of `aeros_msgs`.
+    """Encoder of messages; it knows the types of ROS 2 Humble, of `aeros_msgs` and of `foxglove_msgs`.
 
     Attributes:
         store: the types.
@@ -34,9 +37,12 @@ class CdrEncoder:
 
     def __init__(self) -> None:
         self.store = get_typestore(Stores.ROS2_HUMBLE)
-        for path in sorted(_AEROS_MESSAGES.glob("*.msg")):
-            text = path.read_text(encoding="utf-8")
-            self.store.register(get_types_from_msg(text, f"aeros_msgs/msg/{path.stem}"))
+        for package in _PACKAGES:
+            found: Typesdict = {}
+            for path in sorted((Path(__file__).parent / package / "msg").glob("*.msg")):
+                text = path.read_text(encoding="utf-8")
+                found |= get_types_from_msg(text, f"{package}/msg/{path.stem}")
+            self.store.register(found)
 
     def encode(self, message: Message) -> memoryview:
         """Encode a message.
@@ -64,19 +70,36 @@ class CdrEncoder:
 
 def _to_numpy_fields(message: Message) -> Message:
     """Return `message` for `rosbags`, which reads fields of any object: number sequences as NumPy arrays."""
-    numbers = {
-        name: np.array(getattr(message, name), kind)
-        for name, kind in _number_sequence_fields(type(message)).items()
+    changed = {
+        name: _to_numpy(getattr(message, name), kind)
+        for name, kind in _fields_with_numbers(type(message)).items()
     }
-    return replace(message, **numbers) if numbers else message
+    return replace(message, **changed) if changed else message
+
+
+def _to_numpy(value: Any, kind: Any) -> Any:
+    if kind is bytes:
+        return np.frombuffer(value, np.uint8)
+    if kind in _NUMPY_TYPES:
+        return np.array(value, _NUMPY_TYPES[kind])
+    return tuple(map(_to_numpy_fields, value)) if isinstance(value, tuple) else _to_numpy_fields(value)
 
 
 @cache
-def _number_sequence_fields(kind: type[Message]) -> dict[str, type[np.float64 | np.uint8]]:
-    """Return the types of numbers of the fields that are sequences of numbers."""
+def _fields_with_numbers(kind: type[Message]) -> dict[str, Any]:
+    """Return the types of the fields that are sequences of numbers, or messages with such fields."""
     hints = get_type_hints(kind)
-    kinds = {name: _NUMPY_TYPES.get(hints[name]) for name in kind.__struct_fields__}
-    return {name: found for name, found in kinds.items() if found is not None}
+    kinds = {name: hints[name] for name in kind.__struct_fields__}
+    return {name: one for name, one in kinds.items() if _has_numbers(one)}
+
+
+def _has_numbers(kind: Any) -> bool:
+    if kind is bytes or kind in _NUMPY_TYPES:
+        return True
+    parts = (kind, *get_args(kind))
+    return any(
+        bool(_fields_with_numbers(one)) for one in parts if isinstance(one, type) and issubclass(one, Message)
+    )
 
 
 def plant_nanoseconds(message: Message) -> int:

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from queue import SimpleQueue
+from types import MappingProxyType
 from typing import Any, Final, NamedTuple, Self
 
 from aeros.runtime.bus.message_publisher import MessagePublisher, RobotChain
 from aeros.runtime.bus.port import PublisherFactory
+from aeros.runtime.bus.viewer.view_publisher import ViewPublisher
 from aeros.runtime.ports import CameraPicture, Reading, Readings
 from aeros.spec.model.site import Site
 
@@ -40,6 +42,15 @@ class _State(NamedTuple):
     values: Mapping[str, Any]
     chain: RobotChain
 
+    def readings(self) -> Readings:
+        """Return each value with its time."""
+        if self.now is None:
+            return self.values
+        return {
+            name: value if type(value) is Reading else Reading(value, self.now)
+            for name, value in self.values.items()
+        }
+
 
 class BusFeed:
     """Thread that publishes a run's records and measurements in order until it is closed.
@@ -54,15 +65,25 @@ class BusFeed:
         site: declares the state variables.
         is_whole: make the run wait for room in the queue, so that nothing is dropped.
         is_live: True for a bus with listeners that come and go; see `MessagePublisher`.
+        cameras: names of cameras by perceiver; see `cameras_of_perceivers`.
     """
 
     def __init__(
-        self, bus: PublisherFactory, site: Site, *, is_whole: bool = False, is_live: bool = False
+        self,
+        bus: PublisherFactory,
+        site: Site,
+        *,
+        is_whole: bool = False,
+        is_live: bool = False,
+        cameras: Mapping[str, Iterable[str]] = MappingProxyType({}),
     ) -> None:
         self._is_whole = is_whole
         self.lost = 0
         self.trouble: str | None = None
-        self._publisher = MessagePublisher(bus, site, self._count_dropped, is_live=is_live)
+        self._publishers = (
+            MessagePublisher(bus, site, self._count_dropped, is_live=is_live),
+            ViewPublisher(bus, site, self._count_dropped, cameras),
+        )
         self._queue: SimpleQueue[bytes | _State | CameraPicture | None] = SimpleQueue()
         self._picture_room = threading.Semaphore(_MAX_PICTURES)
         self._thread = threading.Thread(target=self._publish_loop, name="aeros-feed", daemon=True)
@@ -125,16 +146,16 @@ class BusFeed:
 
     def _publish_loop(self) -> None:
         while (item := self._queue.get()) is not None:
-            if isinstance(item, bytes):
-                self._publisher.publish_record(item)
-            elif isinstance(item, CameraPicture):
+            if isinstance(item, CameraPicture):
                 self._picture_room.release()
-                self._publisher.publish_picture(item)
-            elif item.now is None:
-                self._publisher.publish_state(item.values, item.chain)
-            else:
-                readings = {
-                    name: value if type(value) is Reading else Reading(value, item.now)
-                    for name, value in item.values.items()
-                }
-                self._publisher.publish_state(readings, item.chain)
+            for publisher in self._publishers:
+                _publish(publisher, item)
+
+
+def _publish(publisher: MessagePublisher | ViewPublisher, item: bytes | _State | CameraPicture) -> None:
+    if isinstance(item, bytes):
+        publisher.publish_record(item)
+    elif isinstance(item, CameraPicture):
+        publisher.publish_picture(item)
+    else:
+        publisher.publish_state(item.readings(), item.chain)

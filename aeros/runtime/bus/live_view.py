@@ -12,26 +12,16 @@ import threading
 from typing import Final, Generic, Self
 
 import foxglove
-from foxglove.channels import SceneUpdateChannel
-from foxglove.messages import Color, CubePrimitive, Pose, Quaternion, SceneEntity, SceneUpdate, TextPrimitive
-from foxglove.messages import Vector3 as SceneVector
 from foxglove.websocket import ChannelView, Client, ServerListener
 
 from aeros.runtime.bus.cdr import CdrEncoder, plant_nanoseconds
-from aeros.runtime.bus.measurement_messages import WORLD
 from aeros.runtime.bus.messages import Message
 from aeros.runtime.bus.port import M
-from aeros.spec.expr.scope import AxisAlignedBox
-from aeros.spec.model.site import Site
 
 HOST: Final = "127.0.0.1"
-SCENE_TOPIC: Final = "/aeros/scene"
 
 _BACKLOG: Final = 65_536
 """Messages that are kept for a slow client, some 4 s of a run; then the oldest are dropped."""
-
-_ZONE_COLOUR: Final = (0.2, 0.5, 0.9, 0.15)
-_TEXT_HEIGHT_M: Final = 0.05
 
 
 class LiveViewError(Exception):
@@ -41,31 +31,29 @@ class LiveViewError(Exception):
 class LiveView:
     """Server of a live view; implements `port.PublisherFactory`.
 
-    Latched messages, such as the robot's description, and the scene are sent again to each new client.
+    Latched messages, such as the robot's description and the scene, are sent again to each new client.
 
     Attributes:
         url: Address for viewers.
 
     Args:
         port: Port of 127.0.0.1; 0 for any free one.
-        site: Its volumes are shown as zones.
+        name: Name of the robot that viewers show.
 
     Raises:
         LiveViewError: The port is in use.
     """
 
-    def __init__(self, port: int, site: Site) -> None:
+    def __init__(self, port: int, name: str) -> None:
         self._encoder = CdrEncoder()
         self._context = foxglove.Context()
         self._channels: dict[str, foxglove.Channel] = {}
         self._latched: dict[int, tuple[foxglove.Channel, bytes, int]] = {}
         self._lock = threading.Lock()
         self._latest = 0
-        self._scene = SceneUpdateChannel(SCENE_TOPIC, context=self._context)
-        self._zones = _zones(site)
         try:
             self._server = foxglove.start_server(
-                name=f"AEROS: {site.id}",
+                name=f"AEROS: {name}",
                 host=HOST,
                 port=port,
                 capabilities=[],
@@ -103,14 +91,11 @@ class LiveView:
         channel.log(data, log_time=when)
 
     def send_again(self, channel_id: int) -> None:
-        """Send the latched message of a channel, or the scene, to a new client.
+        """Send the latched message of a channel to a new client.
 
         Args:
             channel_id: Channel that a client has subscribed to.
         """
-        if channel_id == self._scene.id():
-            self._scene.log(self._zones, log_time=0)
-            return
         with self._lock:
             kept = self._latched.get(channel_id)
         if kept is not None:
@@ -146,41 +131,3 @@ class _Subscriptions(ServerListener):
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
         """Implement `ServerListener.on_subscribe`."""
         self._view.send_again(channel.id)
-
-
-def _zones(site: Site) -> SceneUpdate:
-    """Return a box with its name for each volume of the site."""
-    return SceneUpdate(entities=[_zone(name, box) for name, box in site.volumes.items()])
-
-
-def _zone(name: str, box: AxisAlignedBox) -> SceneEntity:
-    lower, upper = ([float(one) for one in corner] for corner in (box.lower, box.upper))
-    middle = [(one + other) / 2 for one, other in zip(lower, upper, strict=True)]
-    size = [other - one for one, other in zip(lower, upper, strict=True)]
-    pose = Pose(position=SceneVector(x=middle[0], y=middle[1], z=middle[2]), orientation=_unturned())
-    above = Pose(position=SceneVector(x=middle[0], y=middle[1], z=upper[2]), orientation=_unturned())
-    red, green, blue, alpha = _ZONE_COLOUR
-    return SceneEntity(
-        id=name,
-        frame_id=WORLD,
-        cubes=[
-            CubePrimitive(
-                pose=pose,
-                size=SceneVector(x=size[0], y=size[1], z=size[2]),
-                color=Color(r=red, g=green, b=blue, a=alpha),
-            )
-        ],
-        texts=[
-            TextPrimitive(
-                pose=above,
-                billboard=True,
-                font_size=_TEXT_HEIGHT_M,
-                color=Color(r=red, g=green, b=blue, a=1.0),
-                text=name,
-            )
-        ],
-    )
-
-
-def _unturned() -> Quaternion:
-    return Quaternion(x=0.0, y=0.0, z=0.0, w=1.0)

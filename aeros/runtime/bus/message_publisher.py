@@ -25,14 +25,13 @@ from aeros.runtime.bus.messages import (
     Event,
     JointState,
     LogMessage,
-    Message,
     PointStamped,
     Time,
     stamp,
 )
 from aeros.runtime.bus.names import check_ros_name
 from aeros.runtime.bus.picture_messages import picture_message
-from aeros.runtime.bus.port import M, PublisherFactory
+from aeros.runtime.bus.port import PublisherFactory
 from aeros.runtime.bus.record_messages import log_message, parse_record
 from aeros.runtime.ports import CameraPicture, Readings, RobotBody, Vec3
 from aeros.spec.model.site import Site
@@ -82,7 +81,7 @@ class MessagePublisher:
         self._cameras = {
             name: bus.publisher(topic, CompressedImage)
             for name in site.cameras
-            if (topic := _ros_name(f"/aeros/camera/{name}/compressed")) is not None
+            if (topic := ros_name(f"/aeros/camera/{name}/compressed")) is not None
         }
         self._chain = ChainPublisher(bus, site)
         self._clock = ChangePublisher(bus.publisher("/clock", Clock)) if is_live else None
@@ -96,7 +95,7 @@ class MessagePublisher:
         Args:
             line: line of the audit log.
         """
-        with self._count_failures():
+        with count_failures(self._missed):
             event, decision = parse_record(line, self._last)
             self._events.publish(event)
             if decision is not None:
@@ -114,23 +113,23 @@ class MessagePublisher:
         """
         if not readings:
             return
-        with self._count_failures():
+        with count_failures(self._missed):
             self._last = stamp(max(reading.time for reading in readings.values()))
             if self._clock is not None:
                 self._clock.publish(Clock(self._last))
         for joints, states in self._joints:
-            with self._count_failures():
+            with count_failures(self._missed):
                 for message in joints.joint_state_messages(readings):
                     states.publish(message)
         for name, places in self._places.items():
             if name in readings:
-                with self._count_failures():
+                with count_failures(self._missed):
                     places.publish(point_message(readings[name]))
         for name, (kind, singles) in self._singles.items():
             if name in readings:
-                with self._count_failures():
+                with count_failures(self._missed):
                     singles.publish(scalar_message(readings[name], kind))
-        with self._count_failures():
+        with count_failures(self._missed):
             self._chain.publish(readings, chain.body, chain.base)
 
     def publish_picture(self, picture: CameraPicture) -> None:
@@ -140,54 +139,37 @@ class MessagePublisher:
             picture: the picture.
         """
         if picture.camera in self._cameras:
-            with self._count_failures():
+            with count_failures(self._missed):
                 self._cameras[picture.camera].publish(picture_message(picture))
 
-    @contextmanager
-    def _count_failures(self) -> Iterator[None]:
-        try:
-            yield
-        # A wrong value or a broken bus must not stop the run or other messages.
-        except Exception as wrong:
-            self._missed(str(wrong) or type(wrong).__name__)
 
-
-class _TopicNames:
-    """Bus that publishes nothing and knows the names of its topics."""
-
-    def __init__(self) -> None:
-        self.names: list[str] = []
-
-    def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> _TopicNames:
-        """Implement `PublisherFactory.publisher`."""
-        self.names.append(topic)
-        return self
-
-    def publish(self, message: Message) -> None:
-        """Implement `Publisher.publish`."""
-
-
-def topics_of(site: Site) -> tuple[str, ...]:
-    """List the topics of a recording.
+@contextmanager
+def count_failures(missed: Callable[[str], None]) -> Iterator[None]:
+    """Count messages that cannot be made or published: a wrong value or a broken bus stops nothing else.
 
     Args:
-        site: declares the state variables.
-
-    Returns:
-        Their names, sorted.
+        missed: called with the reason.
     """
-    bus = _TopicNames()
-    MessagePublisher(bus, site, lambda _: None)
-    return tuple(sorted(set(bus.names)))
+    try:
+        yield
+    except Exception as wrong:
+        missed(str(wrong) or type(wrong).__name__)
 
 
 def _topic_of(name: str) -> str | None:
     """Return the topic of a state variable, `MODULE/NAME` for a module's; None if ROS 2 has no such name."""
-    return _ros_name(f"/aeros/state/{name.replace('.', '/')}")
+    return ros_name(f"/aeros/state/{name.replace('.', '/')}")
 
 
-def _ros_name(topic: str) -> str | None:
-    """Return the name of a topic; None if it is none in ROS 2."""
+def ros_name(topic: str) -> str | None:
+    """Return the name of a topic; None if it is none in ROS 2.
+
+    Args:
+        topic: absolute name.
+
+    Returns:
+        The name.
+    """
     try:
         check_ros_name(topic)
     except ValueError:

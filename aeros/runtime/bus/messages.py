@@ -7,6 +7,7 @@ Messages are immutable, so that no subscriber changes what another receives.
 
 from __future__ import annotations
 
+from math import nan
 from typing import Annotated, ClassVar, Final
 
 from msgspec import Meta, Struct
@@ -363,6 +364,27 @@ class StringStamped(Message, frozen=True):
     ros = "aeros_msgs/msg/StringStamped"
     header: Header = Header()
     value: str = ""
+
+
+class BoundedQuantity(Message, frozen=True):
+    """Quantity that rules of the site bound, and its tightest bounds; NaN where there is none.
+
+    Attributes:
+        header: time stamp.
+        unit: SI unit of the numbers.
+        value: the quantity.
+        lower, upper: bounds.
+        lower_rule, upper_rule: ids of the rules that the bounds come from; empty where there is none.
+    """
+
+    ros = "aeros_msgs/msg/BoundedQuantity"
+    header: Header = Header()
+    unit: str = ""
+    value: float = nan
+    lower: float = nan
+    upper: float = nan
+    lower_rule: str = ""
+    upper_rule: str = ""
 
 
 class ExecuteSkillGoal(Message, frozen=True):

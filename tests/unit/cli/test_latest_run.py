@@ -101,6 +101,18 @@ def test_a_run_is_found_by_its_folder_or_its_log_or_as_the_newest(
         find_run_folder(copy)
 
 
+def test_the_newest_run_is_that_whose_record_begins_last(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, written, touched in (("old", "1000.0", 9e8), ("new", "2000.0", 8e8), ("odd", '"x"', 1500.0)):
+        folder = tmp_path / "runs" / name
+        folder.mkdir(parents=True)
+        (folder / "audit.jsonl").write_text(f'{{"event":"log-began","written":{written}}}\n')
+        os.utime(folder / "audit.jsonl", (touched, touched))
+    assert find_audit_log(None) == Path("runs", "new", "audit.jsonl")
+
+
 def test_another_run_that_is_recorded_as_the_latest_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

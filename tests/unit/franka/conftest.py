@@ -5,7 +5,7 @@ from contextlib import closing
 
 import pytest
 
-from aeros.franka.link import ProcessLink, open_link
+from aeros.wired_arm.link import ProcessLink, open_link
 
 
 @pytest.fixture

@@ -2,9 +2,10 @@ from threading import Thread
 
 import pytest
 
-from aeros.franka.arm import ArmError, HandState
+from aeros.franka.arm import HandState
 from aeros.franka.hand_loop import run_hand
-from aeros.franka.link import event
+from aeros.wired_arm.arm import ArmError
+from aeros.wired_arm.link import event
 from tests.unit.franka.stub.arms import Ends
 
 

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from aeros.franka.arm import MODES, REFLEX, ArmError, HandState
+from aeros.franka.arm import HandState
 from aeros.franka.libfranka import LibfrankaArm, LibfrankaHand, load_library
+from aeros.wired_arm.arm import MODES, REFLEX, ArmError
 from tests.unit.franka.stub.arms import READY, import_stub
 
 

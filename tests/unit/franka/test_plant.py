@@ -11,15 +11,15 @@ from typing import Any
 
 import pytest
 
-from aeros.franka.arm_plant import ArmPlant
 from aeros.franka.plant import FrankaPlant
-from aeros.franka.process import ProcessError
 from aeros.franka.settings import FrankaSettings
 from aeros.runtime.ports import MotionCompletion, MotionHandle, NoMotion, PlantLostError, Trajectory
 from aeros.sim.robot.robot_file import read_robot
 from aeros.skill import Action
+from aeros.wired_arm.arm_plant import ArmPlant
+from aeros.wired_arm.process import ProcessError
 from tests.unit.franka.stub.arms import READY, SETTINGS, STUB, use_stub
-from tests.unit.franka.test_measurements import NAMES
+from tests.unit.wired_arm.test_measurements import NAMES
 
 MODEL = read_robot("franka_fr3")
 DECLARED = (*NAMES, "finger_gap", "holding")
@@ -215,7 +215,7 @@ def test_a_stop_waits_for_fingers_that_close(
 
 
 def test_fingers_that_never_rest_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("aeros.franka.motion_table.FINGER_TIME", 0.1)
+    monkeypatch.setattr("aeros.wired_arm.motion_table.FINGER_TIME", 0.1)
     with opened(monkeypatch, closing=0.6) as plant:
         grip = plant.begin(CLOSE)
         assert isinstance(grip, int)
@@ -228,7 +228,7 @@ def test_fingers_that_never_rest_are_reported(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_an_arm_that_does_not_come_to_rest_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("aeros.franka.motion_table.SETTLE_TIME", 0.1)
+    monkeypatch.setattr("aeros.wired_arm.motion_table.SETTLE_TIME", 0.1)
     with opened(monkeypatch, drift=0.2) as plant:
         end = run(plant, move(0.2), Watch(0.1, lambda: "some-rule"))
         assert str(end.reason).startswith("moving: a joint still moves at 0.200 rad/s after 0.1")

@@ -7,8 +7,10 @@ from contextlib import contextmanager
 
 import pytest
 
-from aeros.franka.link import event
-from aeros.franka.process import Process, ProcessError, run
+from aeros.franka.plant import PROCESS
+from aeros.franka.process import run
+from aeros.wired_arm.link import event
+from aeros.wired_arm.process import Process, ProcessError
 from tests.unit.franka.stub.arms import SETTINGS, Ends, import_stub, use_stub
 
 ARM = {
@@ -25,7 +27,7 @@ ARM = {
 
 @contextmanager
 def opened(part: str) -> Iterator[Process]:
-    process = Process(part, ARM)
+    process = Process(part, ARM, PROCESS)
     try:
         yield process
     finally:
@@ -57,7 +59,7 @@ def test_a_robot_that_cannot_be_reached_is_reported(monkeypatch: pytest.MonkeyPa
     with pytest.raises(
         ProcessError, match="the hand at `stub` cannot be reached: libfranka: Connection timeout"
     ):
-        Process("hand", ARM)
+        Process("hand", ARM, PROCESS)
 
 
 def test_an_arm_without_the_library_is_reported(monkeypatch: pytest.MonkeyPatch, ends: Ends) -> None:
@@ -89,6 +91,6 @@ def test_the_processes_that_drive_the_robot_decide_nothing() -> None:
     loaded = "print('\\n'.join(name for name in sys.modules if name.startswith(('aeros.', 'numpy', 'z3'))))"
     code = f"import sys, aeros.franka.process; {loaded}"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert {name for name in done.stdout.split() if not name.startswith("aeros.franka")} == {
-        "aeros.distribution"
-    }
+    others = {one for one in done.stdout.split() if not one.startswith(("aeros.franka", "aeros.wired_arm"))}
+    assert others == {"aeros.distribution"}
+    assert not any(one in done.stdout for one in ("plant", "planner", "measurements"))

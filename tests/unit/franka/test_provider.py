@@ -4,9 +4,9 @@ from pathlib import Path
 import pytest
 
 from aeros.franka.provider import FRANKA, open_franka
-from aeros.franka.settings import SettingsError
 from aeros.session.plant_provider import PlantRequest, load_provider
 from aeros.spec.scenes.load import load_scene
+from aeros.wired_arm.settings import SettingsError
 from tests.unit.franka.stub.arms import use_stub
 from tests.unit.franka.test_settings import CELL, site_of
 

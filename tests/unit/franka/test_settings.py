@@ -2,11 +2,12 @@ from pathlib import Path
 
 import pytest
 
-from aeros.franka.settings import SettingsError, read_settings
+from aeros.franka.settings import read_settings
 from aeros.sim.shipped_files import shipped_files
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
+from aeros.wired_arm.settings import SettingsError
 
 CELL = shipped_files("sites")["fr3_cell"]
 

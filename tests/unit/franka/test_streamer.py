@@ -2,10 +2,17 @@ from itertools import pairwise
 
 import pytest
 
-from aeros.franka.arm import CYCLE, ArmError
-from aeros.franka.link import JudgedMessage, LinkClosedError, ProcessLink, StartMessage, StateMessage, event
-from aeros.franka.streamed_motion import StreamedMotion
 from aeros.franka.streamer import CycleTimes, Streamer
+from aeros.wired_arm.arm import CYCLE, ArmError
+from aeros.wired_arm.link import (
+    JudgedMessage,
+    LinkClosedError,
+    ProcessLink,
+    StartMessage,
+    StateMessage,
+    event,
+)
+from aeros.wired_arm.streamed_motion import StreamedMotion
 from tests.unit.franka.stub.arms import ACCELERATION, JERK, READY, Ends, ScriptedArm, line
 
 START = StartMessage(line(READY, 0.2), 0.6)

@@ -2,9 +2,9 @@ from pathlib import Path
 
 import pytest
 
-from aeros.franka.process import ProcessError
 from aeros.franka.subject import franka_subject
 from aeros.sim.conformance.suite import CHECKS, Check
+from aeros.wired_arm.process import ProcessError
 from tests.unit.franka.stub.arms import use_stub
 from tests.unit.franka.test_settings import CELL
 

@@ -6,9 +6,9 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
-from aeros.franka.link import Message, ProcessLink
 from aeros.ros2_control.controller import GoalEvent, GoalState, JointSample, TrajectoryGoal
 from aeros.ros2_control.trajectory_loop import LoopLimits, TrajectoryLoop
+from aeros.wired_arm.link import Message, ProcessLink
 from tests.unit.franka.stub.arms import ACCELERATION, JERK, READY
 
 PERIOD = 0.01

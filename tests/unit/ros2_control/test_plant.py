@@ -20,10 +20,10 @@ from aeros.sim.robot.robot_file import read_robot
 from aeros.skill import Action
 from tests.repo.tree import ROOT
 from tests.unit.franka.stub.arms import READY
-from tests.unit.franka.test_measurements import NAMES
 from tests.unit.franka.test_plant import Watch
 from tests.unit.ros2_control.foreign.stub import JOINTS, VARIABLES, StubController, stub_controller
 from tests.unit.runtime.bus.ros2.foreign.environments import Domain
+from tests.unit.wired_arm.test_measurements import NAMES
 
 MODEL = read_robot("franka_fr3")
 SETTINGS = ControlSettings("/joint_trajectory_controller", JOINTS, "/joint_states", 0.3, 0.0024, (0.05,) * 7)

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.franka.planner import StandingRobot
-from aeros.franka.streamed_motion import StreamedMotion
 from aeros.ros2_control.controller import TrajectoryPoint
 from aeros.ros2_control.points import braking_points, decided_points
 from aeros.runtime.ports import Trajectory
 from aeros.sim.robot.motions import ActionParameters, plan_move_tool
 from aeros.sim.robot.robot_file import read_robot
+from aeros.wired_arm.planner import StandingRobot
+from aeros.wired_arm.streamed_motion import StreamedMotion
 from tests.hypothesis_profiles import examples
 from tests.unit.franka.stub.arms import ACCELERATION, JERK, READY, line
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from aeros.franka.process import ProcessError
 from aeros.ros2_control.provider import ROS2_CONTROL, open_control
-from aeros.ros2_control.settings import ControlSettingsError
 from aeros.session.plant_provider import PlantRequest, load_provider
+from aeros.wired_arm.process import ProcessError
+from aeros.wired_arm.settings import SettingsError
 from tests.unit.franka.test_settings import site_of
 from tests.unit.ros2_control.foreign.stub import VARIABLES
 from tests.unit.ros2_control.test_settings import CELL
@@ -22,7 +22,7 @@ def test_the_plant_is_found_by_its_name() -> None:
 
 def test_without_a_controller_nothing_is_opened(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.delenv("AEROS_ROS2_CONTROL", raising=False)
-    with pytest.raises(ControlSettingsError, match="no controller is named"):
+    with pytest.raises(SettingsError, match="no controller is named"):
         open_control(PlantRequest(site_of(CELL.read_text(), tmp_path), None, {}, 0))
 
 

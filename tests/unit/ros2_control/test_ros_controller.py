@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from aeros.franka.process import ProcessError
+from aeros.wired_arm.process import ProcessError
 from tests.unit.ros2_control.foreign.stub import JOINTS
 from tests.unit.ros2_control.test_plant import SETTINGS, opened
 from tests.unit.runtime.bus.ros2.foreign.environments import Domain
@@ -18,6 +18,7 @@ from tests.unit.runtime.bus.ros2.foreign.environments import Domain
     ("options", "words"),
     [
         ({"joints": [*JOINTS[:6], "elbow"]}, "moves the joints .*elbow, and not exactly fr3_joint1"),
+        ({"busy": 60}, "executes a goal of another client: wait until it has ended, or cancel it"),
         ({"no_speeds": True}, "nothing on /joint_states has stamp, positions and velocities of fr3_joint1"),
     ],
 )

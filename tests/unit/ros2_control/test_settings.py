@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from aeros.ros2_control.settings import ControlSettingsError, read_settings
+from aeros.ros2_control.settings import read_settings
+from aeros.wired_arm.settings import SettingsError
 from tests.repo.tree import ROOT
 from tests.unit.franka.test_settings import site_of
 from tests.unit.ros2_control.foreign.stub import JOINTS, VARIABLES
@@ -39,12 +40,12 @@ def test_names_come_from_the_environment_and_thresholds_from_the_site(tmp_path: 
     ],
 )
 def test_a_wrong_name_is_refused(tmp_path: Path, changes: dict[str, str], words: str) -> None:
-    with pytest.raises(ControlSettingsError, match=words):
+    with pytest.raises(SettingsError, match=words):
         read_settings({**VARIABLES, **changes}, site_of(CELL.read_text(), tmp_path), 7)
 
 
 def test_a_site_that_does_not_bound_late_ticks_is_refused(tmp_path: Path) -> None:
     lines = CELL.read_text().splitlines()
     text = "\n".join(one for one in lines if not one.strip().startswith("late_ticks:"))
-    with pytest.raises(ControlSettingsError, match="does not bound late ticks"):
+    with pytest.raises(SettingsError, match="does not bound late ticks"):
         read_settings(VARIABLES, site_of(text, tmp_path), 7)

@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from aeros.ros2_control.settings import ControlSettingsError
 from aeros.ros2_control.subject import control_subject
 from aeros.sim.conformance.suite import CHECKS, Check
+from aeros.wired_arm.settings import SettingsError
 from tests.unit.ros2_control.foreign.stub import VARIABLES, stub_controller
 from tests.unit.ros2_control.test_settings import CELL
 from tests.unit.runtime.bus.ros2.foreign.environments import Domain
@@ -16,7 +16,7 @@ from tests.unit.runtime.bus.ros2.foreign.environments import Domain
 
 def test_without_a_site_it_says_which_variable_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("AEROS_ROS2_CONTROL_SITE", raising=False)
-    with pytest.raises(ControlSettingsError, match="set AEROS_ROS2_CONTROL_SITE to the site file"):
+    with pytest.raises(SettingsError, match="set AEROS_ROS2_CONTROL_SITE to the site file"):
         control_subject()
 
 

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from aeros.franka.link import (
+from aeros.ros2_control.controller import ControllerError, GoalEvent, GoalState
+from aeros.wired_arm.link import (
     JudgedMessage,
     LinkClosedError,
     Message,
@@ -17,7 +18,6 @@ from aeros.franka.link import (
     StateMessage,
     event,
 )
-from aeros.ros2_control.controller import ControllerError, GoalEvent, GoalState
 from tests.unit.franka.stub.arms import READY, Ends, line
 from tests.unit.ros2_control.controllers import LIMITS, OFFSET, PERIOD, Bench, bench
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from fnmatch import fnmatchcase
 from math import isfinite
-from typing import NamedTuple, Self
+from typing import Final, NamedTuple, Self
 
 from aeros.spec.diagnostics.codes import did_you_mean
+
+_GROUPS: Final = ("/aeros/state/", "/aeros/bounds/", "/aeros/camera/")
+"""Beginnings of the names of topics that a site has many of."""
 
 
 class TopicChoiceError(Exception):
@@ -98,5 +101,5 @@ class TopicChoice:
 
 
 def _brief(topics: Collection[str]) -> list[str]:
-    """Return names of topics, sorted, with one pattern for all state variables: a site has a hundred."""
-    return sorted({"/aeros/state/*" if one.startswith("/aeros/state/") else one for one in topics})
+    """Return names of topics, sorted, with one pattern for each group: a site has a hundred variables."""
+    return sorted({next((f"{one}*" for one in _GROUPS if topic.startswith(one)), topic) for topic in topics})

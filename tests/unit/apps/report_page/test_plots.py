@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+from itertools import combinations
 from xml.etree import ElementTree
 
 import pytest
@@ -103,3 +105,37 @@ def test_a_value_far_beyond_its_bounds_leaves_them_legible() -> None:
 def test_a_run_in_which_nothing_happened_is_drawn_too() -> None:
     assert titles(timeline(RunData(), [])) == ["timeline of steps", "marks"]
     plot(PlottedQuantity("x", "", False, True, [(0.0, 0.0)], [Limit(0.0, 0.0, "r")]), [], 0.0)
+
+
+def linear(value: int) -> float:
+    share = value / 255
+    return share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4
+
+
+def lab(red: float, green: float, blue: float) -> tuple[float, float, float]:
+    """CIELAB coordinates of linear sRGB, white point D65."""
+    x = (0.4124 * red + 0.3576 * green + 0.1805 * blue) / 0.9505
+    y = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    z = (0.0193 * red + 0.1192 * green + 0.9505 * blue) / 1.0888
+    f, g, h = (max(one, 0.0) ** (1 / 3) if one > 0.008856 else 7.787 * one + 16 / 116 for one in (x, y, z))
+    return (116 * g - 16, 500 * (f - g), 200 * (g - h))
+
+
+VISION = {
+    "normal": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+    "protanopia": ((0.1523, 1.0526, -0.2049), (0.1145, 0.7863, 0.0992), (-0.0039, -0.0481, 1.0520)),
+    "deuteranopia": ((0.3673, 0.8606, -0.2280), (0.2801, 0.6725, 0.0474), (-0.0118, 0.0429, 0.9689)),
+    "tritanopia": ((1.2555, -0.0767, -0.1788), (-0.0784, 0.9308, 0.1476), (0.0047, 0.6914, 0.3039)),
+}
+"""Matrices for linear RGB by Machado, Oliveira and Fernandes (2009), severity 1."""
+
+
+@pytest.mark.parametrize("vision", VISION)
+def test_everybody_tells_the_colours_apart(vision: str) -> None:
+    colours = sorted(set(COLOURS.values()) - {COLOURS["under way"]})
+    assert len(colours) == 4
+    seen = []
+    for colour in colours:
+        rgb = [linear(int(colour[at : at + 2], 16)) for at in (1, 3, 5)]
+        seen.append(lab(*(sum(a * b for a, b in zip(row, rgb, strict=True)) for row in VISION[vision])))
+    assert all(math.dist(one, other) > 15.0 for one, other in combinations(seen, 2))

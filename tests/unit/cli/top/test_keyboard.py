@@ -6,6 +6,8 @@ import os
 import pty
 import signal
 import termios
+import threading
+import time
 
 import pytest
 from hypothesis import given
@@ -57,6 +59,48 @@ def test_it_waits_for_keys_and_wakes_at_signals() -> None:
     assert keyboard.wait(60.0) == []
     assert not keyboard.is_there
     for one in (source, wake, signals):
+        os.close(one)
+
+
+def test_a_sequence_that_comes_in_parts_is_one_key() -> None:
+    source, keys = os.pipe()
+    wake, signals = os.pipe()
+    keyboard = Keyboard(source, wake)
+    sender = threading.Thread(target=send_in_parts, args=(keys, (b"\x1b", b"[", b"5", b"~")))
+    sender.start()
+    assert keyboard.wait(60.0) == ["page up"]
+    sender.join()
+    for one in (keys, wake, signals, source):
+        os.close(one)
+
+
+def send_in_parts(into: int, parts: tuple[bytes, ...]) -> None:
+    for part in parts:
+        os.write(into, part)
+        time.sleep(0.005)
+
+
+@pytest.mark.parametrize(
+    ("begin", "later", "keys"),
+    [
+        (b"\x1b[1;5", b"sq", ["unknown", "q"]),
+        (b"\x1b[", b"As", ["up", "s"]),
+        (b"\x1bO", b"Fq", ["end", "q"]),
+        (b"\x1b", b"q", ["q"]),  # Escape, and q after it
+        (b"q\x1b[", b"~", ["unknown"]),
+    ],
+)
+def test_no_letter_of_a_sequence_that_comes_late_is_a_key(
+    begin: bytes, later: bytes, keys: list[str]
+) -> None:
+    source, sender = os.pipe()
+    wake, signals = os.pipe()
+    keyboard = Keyboard(source, wake)
+    os.write(sender, begin)
+    assert keyboard.wait(60.0)[-1] == "unknown"
+    os.write(sender, later)
+    assert keyboard.wait(60.0) == keys
+    for one in (sender, wake, signals, source):
         os.close(one)
 
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from aeros.franka.arm import CYCLE, ArmError, ArmState, Joints
-from aeros.franka.link import ProcessLink
 from aeros.franka.settings import FrankaSettings
+from aeros.wired_arm.arm import CYCLE, ArmError, ArmState, Joints
+from aeros.wired_arm.link import ProcessLink
 
 READY: Joints = (0.0, -0.6, 0.0, -2.1, 0.0, 1.5, 0.785)
 """Where the stub's arm stands at the start, rad."""

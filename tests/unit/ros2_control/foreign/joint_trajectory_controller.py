@@ -10,7 +10,8 @@ Source: joint_trajectory_controller.cpp, ros-controls/ros2_controllers, branch m
 The argument is a JSON object: `joints`, `start`, `log` (a file; one line for each event), and faults:
 `inactive`, `rate` (Hz), `lag` (s of the simulated motors), `no_speeds`, `stall_after`, `silent_after`,
 `mute_after` (goals are neither answered nor ended), `exit_after` (s since the first goal began),
-`sag` (rad by which the last joint misses the goal).
+`sag` (rad by which the last joint misses the goal). With `busy`, another client's goal is under way from the
+start, and lasts so many seconds.
 """
 
 import json
@@ -19,12 +20,13 @@ import sys
 
 import rclpy
 from control_msgs.action import FollowJointTrajectory
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 Result = FollowJointTrajectory.Result
 
@@ -88,6 +90,16 @@ class Controller:
         self.goals = {}
         self.period = 1.0 / options.get("rate", 100.0)
         self.node.create_timer(self.period, self.update)
+
+    def send_own_goal(self):
+        """Send a goal as another client does."""
+        client = ActionClient(self.node, FollowJointTrajectory, "~/follow_joint_trajectory")
+        point = JointTrajectoryPoint(positions=self.q)
+        point.time_from_start.sec = int(self.options["busy"])
+        goal = FollowJointTrajectory.Goal()
+        goal.trajectory = JointTrajectory(joint_names=self.joints, points=[point])
+        client.send_goal_async(goal)
+        return client
 
     def now(self):
         return self.node.get_clock().now().nanoseconds * 1e-9
@@ -254,5 +266,9 @@ if __name__ == "__main__":
     controller = Controller(json.loads(sys.argv[1]))
     executor = SingleThreadedExecutor()
     executor.add_node(controller.node)
+    if controller.options.get("busy"):
+        client = controller.send_own_goal()
+        while controller.goal is None:
+            executor.spin_once(0.1)
     print("ready", flush=True)
     executor.spin()

@@ -1,0 +1,130 @@
+"""Entities of a scene: volumes of the site, things that are measured to be somewhere, links of the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from aeros.runtime.bus.measurement_messages import WORLD
+from aeros.runtime.bus.messages import Point, Time, Vector3, stamp
+from aeros.runtime.bus.transforms import BASE, link_frame
+from aeros.runtime.bus.viewer.foxglove_messages import (
+    Color,
+    CubePrimitive,
+    Duration,
+    ModelPrimitive,
+    PoseMessage,
+    SceneEntity,
+    SpherePrimitive,
+    TextPrimitive,
+)
+from aeros.runtime.bus.viewer.hull_meshes import encode_glb, hull_triangles
+from aeros.runtime.bus.viewer.things import SceneThing
+from aeros.runtime.ports import Ball, Hull, Reading, RobotBody, Vec3
+from aeros.spec.model.site import Site
+
+_ZONE: Final = Color(0.0, 0.45, 0.7, 0.15)
+_ZONE_TEXT: Final = Color(0.0, 0.45, 0.7)
+_THING: Final = Color(0.9, 0.6, 0.0, 0.35)
+_THING_TEXT: Final = Color(0.9, 0.6, 0.0)
+_LINK: Final = Color(0.75, 0.76, 0.8)
+
+_MARK: Final = 0.03
+"""Diameter of the ball at a thing whose size is unknown, m."""
+
+
+def zone_entities(site: Site, when: Time) -> tuple[SceneEntity, ...]:
+    """Make a box with its name for each volume of a site.
+
+    Args:
+        site: the site.
+        when: time stamp.
+
+    Returns:
+        The entities.
+    """
+    found = []
+    for name, volume in site.volumes.items():
+        low, high = _point(volume.lower), _point(volume.upper)
+        texts = (_label(low, high, name, _ZONE_TEXT),)
+        found.append(SceneEntity(when, WORLD, name, cubes=(_box(low, high, _ZONE),), texts=texts))
+    return tuple(found)
+
+
+def thing_entity(thing: SceneThing, reading: Reading) -> SceneEntity:
+    """Make the entity of a thing at its measured place; it disappears once the measurement is too old.
+
+    Args:
+        thing: the thing.
+        reading: its place in W, m.
+
+    Returns:
+        A box of the space that it occupies, or a ball if that is unknown, with its name.
+    """
+    place, age = _point(reading.value), stamp(thing.max_age)
+    half = _MARK / 2.0
+    low, high = thing.box or ((-half, -half, -half), (half, half, half))
+    low, high = _sum(place, low), _sum(place, high)
+    return SceneEntity(
+        stamp(reading.time),
+        WORLD,
+        thing.variable,
+        Duration(age.sec, age.nanosec),
+        cubes=() if thing.box is None else (_box(low, high, _THING),),
+        spheres=(_ball(place, _MARK, _THING_TEXT),) if thing.box is None else (),
+        texts=(_label(low, high, thing.label, _THING_TEXT),),
+    )
+
+
+def link_entities(body: RobotBody, joints: Sequence[str], when: Time) -> tuple[SceneEntity, ...]:
+    """Make the shape of each link of a robot, in the frame that moves with it.
+
+    Args:
+        body: the robot.
+        joints: names of the joints, one for each row of the chain.
+        when: time stamp.
+
+    Returns:
+        The entities: hulls of the links as meshes, or the balls of a robot whose hulls are unknown.
+    """
+    frames = (BASE, *map(link_frame, joints))
+    meshes = tuple(_meshes(body.hulls, frames, when))
+    return meshes or tuple(_balls(body.balls, frames, when))
+
+
+def _meshes(hulls: Sequence[Hull], frames: Sequence[str], when: Time) -> Iterator[SceneEntity]:
+    for hull in hulls:
+        if triangles := hull_triangles(hull.corners):
+            model = ModelPrimitive(color=_LINK, data=encode_glb(hull.corners, triangles))
+            yield SceneEntity(when, frames[hull.joint], hull.link, frame_locked=True, models=(model,))
+
+
+def _balls(balls: Sequence[Ball], frames: Sequence[str], when: Time) -> Iterator[SceneEntity]:
+    for number, ball in enumerate(balls):
+        spheres = (_ball(ball.centre, 2.0 * ball.radius, _LINK),)
+        name = f"{ball.link}-{number}"
+        yield SceneEntity(when, frames[ball.joint], name, frame_locked=True, spheres=spheres)
+
+
+def _box(low: Vec3, high: Vec3, colour: Color) -> CubePrimitive:
+    middle = Point(*((a + b) / 2.0 for a, b in zip(low, high, strict=True)))
+    edges = Vector3(*(b - a for a, b in zip(low, high, strict=True)))
+    return CubePrimitive(PoseMessage(middle), edges, colour)
+
+
+def _ball(middle: Vec3, diameter: float, colour: Color) -> SpherePrimitive:
+    return SpherePrimitive(PoseMessage(Point(*middle)), Vector3(diameter, diameter, diameter), colour)
+
+
+def _label(low: Vec3, high: Vec3, text: str, colour: Color) -> TextPrimitive:
+    above = Point((low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0, high[2])
+    return TextPrimitive(PoseMessage(above), color=colour, text=text)
+
+
+def _sum(one: Vec3, other: Vec3) -> Vec3:
+    return (one[0] + other[0], one[1] + other[1], one[2] + other[2])
+
+
+def _point(value: Sequence[object]) -> Vec3:
+    x, y, z = (float(one) for one in value)  # type: ignore[arg-type]
+    return (x, y, z)

@@ -1,0 +1,79 @@
+"""Meshes of hulls: closed, convex, around all points; and files that name their bounds truly."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from struct import unpack_from
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.runtime.bus.viewer.hull_meshes import encode_glb, hull_triangles
+from tests.hypothesis_profiles import examples
+from tests.repo.tree import ROOT
+
+Corner = tuple[float, float, float]
+CUBE: list[Corner] = [(x, y, z) for x in (0.0, 1.0) for y in (0.0, 2.0) for z in (0.0, 3.0)]
+
+
+def in_front(corners: list[Corner], face: tuple[int, int, int], point: Corner) -> float:
+    a, b, c = (corners[one] for one in face)
+    u, v, w = ([p - q for p, q in zip(one, a, strict=True)] for one in (b, c, point))
+    return (
+        (u[1] * v[2] - u[2] * v[1]) * w[0]
+        + (u[2] * v[0] - u[0] * v[2]) * w[1]
+        + (u[0] * v[1] - u[1] * v[0]) * w[2]
+    )
+
+
+def check(corners: list[Corner]) -> None:
+    faces = hull_triangles(corners)
+    edges = Counter(edge for a, b, c in faces for edge in ((a, b), (b, c), (c, a)))
+    assert set(edges.values()) == {1}
+    assert all((b, a) in edges for a, b in edges)
+    assert max(in_front(corners, face, one) for face in faces for one in corners) < 1e-9
+
+
+def test_a_box_has_twelve_faces() -> None:
+    check(CUBE)
+    assert len(hull_triangles(CUBE)) == 12
+
+
+@examples(30)
+@given(st.lists(st.tuples(*[st.integers(-20, 20)] * 3), min_size=4, max_size=25, unique=True))
+def test_every_hull_is_closed_and_has_all_points_behind_its_faces(points: list[tuple[int, int, int]]) -> None:
+    corners = [(x / 16, y / 16, z / 16) for x, y, z in points]
+    if hull_triangles(corners):
+        check(corners)
+
+
+@pytest.mark.parametrize("corners", [[], CUBE[:3], [(float(x), float(x * x), 0.0) for x in range(9)]])
+def test_points_in_a_plane_have_no_hull(corners: list[Corner]) -> None:
+    assert hull_triangles(corners) == []
+
+
+def test_the_links_of_the_shipped_robots_have_hulls() -> None:
+    for path in sorted((ROOT / "aeros" / "robots").glob("*_hulls.json")):
+        for hull in json.loads(path.read_text())["hulls"]:
+            check([(x, y, z) for x, y, z in hull["corners"]])
+
+
+def test_the_file_has_the_corners_with_y_up() -> None:
+    file = encode_glb(CUBE, hull_triangles(CUBE))
+    magic, version, length = unpack_from("<4sII", file)
+    assert (magic, version, length) == (b"glTF", 2, len(file))
+    size, kind = unpack_from("<I4s", file, 12)
+    assert kind == b"JSON"
+    scene = json.loads(file[20 : 20 + size])
+    data_size, data_kind = unpack_from("<I4s", file, 20 + size)
+    assert (data_kind, data_size) == (b"BIN\0", scene["buffers"][0]["byteLength"])
+    data = file[28 + size :]
+    assert len(data) == data_size
+    positions, normals = scene["accessors"]
+    assert (positions["min"], positions["max"]) == ([0.0, 0.0, -2.0], [1.0, 3.0, 0.0])
+    assert positions["count"] == normals["count"] == 36
+    corners = {unpack_from("<3f", data, 12 * one) for one in range(36)}
+    assert corners == {(x, z, -y) for x, y, z in CUBE}
+    assert {max(map(abs, unpack_from("<3f", data, 432 + 12 * one))) for one in range(36)} == {1.0}
