@@ -16,23 +16,7 @@ from aeros.spec.expr import terms as t
 _CONTRACTED: Final = {"isn": "is", "aren": "are", "wasn": "was", "hasn": "has"}
 """Verbs before a contracted `not`, as in `isn't`."""
 
-_UNSTRESSED: Final = frozenset(
-    {
-        "yet",
-        "still",
-        "currently",
-        "again",
-        "all",
-        "any",
-        "so",
-        "very",
-        "quite",
-        "actually",
-        "indeed",
-        "pretty",
-        "totally",
-    }
-)
+_UNSTRESSED: Final = frozenset({"yet", "still", "currently", "again", "all", "any", "actually", "indeed"})
 _BE: Final = ("is",)
 
 
@@ -115,7 +99,7 @@ def _plain(words: Words) -> Words:
             break
     plain: list[str] = []
     at = 0
-    ignored = english.DETERMINERS | english.FILLERS | _UNSTRESSED
+    ignored = (english.DETERMINERS | english.FILLERS | _UNSTRESSED) - english.DEGREES
     while at < len(words):
         being = english.BEING.starting(words, at) if plain or at else ()
         if being:

@@ -7,7 +7,12 @@ from functools import partial
 from typing import Final
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.arguments import StatedValues, ValuePhrase, counted_parameter
+from aeros.agent.instructions.arguments import (
+    StatedValues,
+    ValuePhrase,
+    counted_parameter,
+    is_object,
+)
 from aeros.agent.instructions.coverage import ONE, Coverage
 from aeros.agent.instructions.lexicon import TaskPhrases, plural_objects, universal_noun
 from aeros.agent.instructions.phrases import Words
@@ -15,6 +20,9 @@ from aeros.spec.diagnostics.codes import quoted
 
 _LOOSE_PARTICLES: Final = frozenset({"across", "along", "over", "round", "through", "up"})
 """Particles that change no verb into its opposite, as `back` and `away` may."""
+_BEFORE_NOUNS: Final = frozenset({"a", "an", "little", "my", "our", "single", "some", "the", "your"})
+"""Determiners that say nothing without a noun, or say another thing."""
+
 _ABOUT: Final = (("for",), ("on",))
 
 
@@ -191,6 +199,9 @@ class _Cover(_CoveredWords):
         following = self._entry.value_phrase(self._words, at + 1)
         if following is None or not following.is_place:
             return 0
+        is_relative = any(map(is_object, self._entry.routed.task.parameters.values()))
+        if is_relative and self._words[at] != "s":
+            return 0  # `put the cup to its left`: to the left of what was named before
         is_of_thing = self._words[at] == "s" and self._last in (self._objects, self._entry.extras)
         is_known = self._knows_pronoun or bool(self._objects)
         return int(is_of_thing or (self._words[at] in ("its", "their") and is_known))
@@ -284,6 +295,8 @@ class _Cover(_CoveredWords):
 
     def _unstressed(self, at: int) -> int:
         word = self._words[at]
+        if word in _BEFORE_NOUNS and english.DETERMINERS.issuperset(self._words[at:]):
+            return 0  # `clean it a little`
         if word in english.FILLERS or word in english.DETERMINERS:
             self._partial += [word] if word in english.PARTIAL_DETERMINERS else []
             return 1
@@ -321,6 +334,8 @@ def _labelled_number(words: Words, at: int, name: str) -> int:
     if not words[begin : begin + 1] or words[begin] not in english.COUNT_NOUNS | {name}:
         return at
     found = begin + 1 + (words[begin + 1 : begin + 2] == ("of",))
+    if words[begin] == "number" and found == begin + 1:
+        return at  # `tea number two` is the second
     return found if found < len(words) and english.number_of(words[found]) is not None else at
 
 

@@ -100,6 +100,7 @@ def _turned(before: Sentence, sentence: Sentence) -> Sentence:
 
 
 def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sentence:
+    _require_no_hedge(tokens, is_question=is_question)
     link = english.SENTENCE_OPENERS.starting(tokens)
     link = () if len(english.LEADING.starting(tokens)) > len(link) else link
     # At the very start, `later` is a time, and links nothing.
@@ -223,6 +224,19 @@ def _without_greeting(tokens: Words) -> Words:
     end = tokens.index(COMMA) if COMMA in tokens else 0
     rest = strip_openers(tokens[:end])
     return tokens[end + 1 :] if end and not rest and not english.SENTENCE_TURNS.starting(tokens) else tokens
+
+
+def _require_no_hedge(tokens: Words, *, is_question: bool) -> None:
+    """Require that `maybe` is courtesy, as in `maybe you could make a tea?`.
+
+    Raises:
+        InstructionError: it leaves open if the thing is wanted, as in `maybe make a tea`.
+    """
+    is_asked = any(pair in _ASKED for pair in pairwise(tokens))
+    is_courteous = is_question or is_asked or not _POLITE.isdisjoint(tokens)
+    hedge = next((word for word in tokens if word in english.HEDGES), "")
+    if hedge and not is_courteous:
+        raise InstructionError(f"{quoted(hedge)} leaves open if {quoted(' '.join(tokens))} is wanted")
 
 
 _AFTERWARDS: Final = frozenset({f"{COMMA} after", f"{COMMA} after you"})

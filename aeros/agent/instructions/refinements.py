@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import takewhile
 from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import is_object
 from aeros.agent.instructions.conditions import find_condition
 from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.meaning import Errand
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.requests import Request
 from aeros.agent.instructions.segments import COMMA, Link, Mood, Segment
@@ -89,6 +91,47 @@ def with_shared_place(before: Request, request: Request, segment: Segment) -> Re
     values = {name: request.errand.routed.arguments[name] for name in missing}
     errand = replace(before.errand, routed=replace(routed, arguments={**routed.arguments, **values}))
     return replace(before, errand=errand, stated=before.stated | missing)
+
+
+def placed_things(
+    errands: Sequence[Errand], before: Request, request: Request, segment: Segment
+) -> list[Errand]:
+    """Give the place of `bring the cup and the block, and put them on the left` to each of the things.
+
+    Args:
+        errands: the requests before, in order.
+        before: the last of them.
+        request: the request.
+        segment: words of the request.
+
+    Returns:
+        The last requests before, with the values that the request states; none if it is about one thing.
+
+    Raises:
+        InstructionError: it is not clear which things are meant, or where they are to go.
+    """
+    routed = request.errand.routed
+    objects = {name for name, one in routed.task.parameters.items() if is_object(one)}
+    earlier = takewhile(lambda one: one.routed.task is routed.task, reversed(errands))
+    things = list(earlier)[::-1]
+    if not request.only_refers or not objects or len(things) < 2:  # noqa: PLR2004 - more than one
+        return []
+    if _THEM.isdisjoint(segment.words):
+        if not before.has_verb and "it" in segment.words:
+            raise InstructionError(f"`it` in {quoted(segment.text)} may mean one of several things; say which")
+        return []
+    if request.errand.condition is not None or request.stated & objects:
+        raise InstructionError(f"it is not clear which things are meant by {quoted(segment.text)}")
+    new = {name: routed.arguments[name] for name in request.stated}
+    defaults = {name: routed.task.parameters[name].default for name in new}
+    if any(one.routed.arguments[name] not in (defaults[name], new[name]) for one in things for name in new):
+        raise InstructionError(f"{quoted(segment.text)} says another place than before; say it of each thing")
+    return [
+        replace(one, routed=replace(one.routed, arguments={**one.routed.arguments, **new})) for one in things
+    ]
+
+
+_THEM: Final = frozenset({"them", "these", "those", "they"})
 
 
 def is_own_check(segment: Segment, before: Request, tasks: Sequence[TaskPhrases]) -> bool:

@@ -31,7 +31,12 @@ from aeros.agent.instructions.reasons.plain_reasons import (
     require_plain_reason,
     without_statements,
 )
-from aeros.agent.instructions.refinements import is_own_check, refined_request, with_shared_place
+from aeros.agent.instructions.refinements import (
+    is_own_check,
+    placed_things,
+    refined_request,
+    with_shared_place,
+)
 from aeros.agent.instructions.refusals import (
     AmbiguousInstructionError,
     InstructionError,
@@ -185,8 +190,12 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
                 continue
             if segment.mood is Mood.REQUEST:
                 request = read_request(segment, condition, tasks, context, last and last[0].topic)
-                refined = last and refined_request(last[0], request, segment, last[1])
-                if refined:
+                things = placed_things(errands, last[0], request, segment) if last else []
+                refined = last and not things and refined_request(last[0], request, segment, last[1])
+                if things:
+                    errands[-len(things) :] = things
+                    request = replace(request, errand=things[-1])
+                elif refined:
                     errands[-1] = refined.errand
                 elif last and (shared := with_shared_place(last[0], request, segment)):
                     errands[-1:] = [shared.errand, request.errand]

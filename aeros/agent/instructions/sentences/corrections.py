@@ -134,7 +134,7 @@ def _end_of_correction(tokens: Words, start: int) -> int:
     """Return the place after a correction that begins at `start`; 0 if none begins there."""
     at, is_certain = start, False
     while True:
-        strong = english.CORRECTIONS.starting(tokens, at)
+        strong = max(english.CORRECTIONS.starting(tokens, at), _value_correction(tokens, at), key=len)
         weak = english.WEAK_CORRECTIONS.starting(tokens, at)
         found = max(strong, weak, key=len)
         if not found:
@@ -145,6 +145,14 @@ def _end_of_correction(tokens: Words, start: int) -> int:
         is_certain |= len(strong) >= len(weak) or has_pause
         at += has_pause
     return at if is_certain and at < len(tokens) else 0
+
+
+def _value_correction(tokens: Words, at: int) -> Words:
+    """Return `make that` before a number or an article: `make it clean` asks for a state."""
+    found = english.VALUE_CORRECTIONS.starting(tokens, at)
+    following = "".join(tokens[at + len(found) :][:1])
+    is_value = following in english.DETERMINERS or english.number_of(following) is not None
+    return found if is_value else ()
 
 
 def _corrected(

@@ -98,7 +98,7 @@ def _without_all(tokens: Words) -> Words:
     for at, word in enumerate(tokens):
         if word == "all" and tokens[at - 1 : at] in _PRONOUNS and at:
             return tokens[:at] + tokens[at + 1 :]
-        if tokens[at : at + 2] == ("all", "of") and tokens[at + 2 : at + 3] in _PRONOUNS:
+        if word in ("all", "each", "both") and tokens[at + 1 : at + 2] == ("of",) and tokens[at + 2 : at + 3] in _PRONOUNS:
             return tokens[:at] + tokens[at + 2 :]
     return tokens
 

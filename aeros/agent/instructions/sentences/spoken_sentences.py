@@ -18,6 +18,9 @@ _SENTENCE_END: Final = re.compile(r"(?:[.;!?:\n\r\u2026]|--+|\s[-\u2013\u2014]\s
 _SIGNED_NUMBER: Final = re.compile(r"[-+\u2212\u00b1~<>=/.]\d+|\d+\s?[%/<>=]")
 """A number that means another one than its digits alone."""
 
+_WRITTEN: Final = re.compile(r"[`#$|{}\[\]<>\\^~=]|//|/\*|&&|\w\(")
+"""Signs of code, markup and quotations, which no speaker says."""
+
 _TIMES: Final = re.compile(r"(?i)(?<!\w)(\d+)\s?[x\u00d7](?!\w)")
 """A number as in an order: `2x dumplings`, which is read as `x2 dumplings`."""
 
@@ -36,10 +39,12 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
         Words and commas of each sentence, and True if it ends with a question mark.
 
     Raises:
-        InstructionError: it holds a number with a sign, a fraction or the like.
+        InstructionError: it holds a number with a sign, a fraction or the like, or a sign of code.
     """
     if signed := _SIGNED_NUMBER.search(instruction):
         raise InstructionError(f"the number {quoted(signed.group())} is not understood")
+    if written := _WRITTEN.search(instruction):
+        raise InstructionError(f"the sign {quoted(written.group())} is not understood; use words alone")
     rest = _LIST_NUMBER.sub("\n", _TIMES.sub(r"x\1", instruction))
     if _STARTS_LIST.search(instruction):
         rest = _INLINE_NUMBER.sub("\n", rest)
