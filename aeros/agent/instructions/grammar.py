@@ -272,7 +272,7 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool, has_reas
         InstructionError: it is one.
     """
     asked = strip_openers(tokens)
-    is_definite = any(word in _DEFINITE for word in asked)
+    is_definite = any(word in _DEFINITE or _is_several(word) for word in asked)
     opener = english.OPENERS.starting(whole)
     asks_ability = opener in english.ABILITY and tokens == whole and not is_definite and not has_reason
     # `the block, could you fetch it?`
@@ -281,7 +281,8 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool, has_reas
     was_polite = (asked != whole or asks_later) and not asks_ability
     causative = english.CAUSATIVES.starting(asked)
     is_wish = bool(english.WISHES.starting(asked)) or len(causative) > 1 or causative == ("could",)
-    is_asked_for = not is_question or asked != tokens
+    # `have a look at it, would you?`
+    is_asked_for = not is_question or asked != tokens or whole[-2:] in _ASKED
     is_causative = asked[:1] == ("have",) and asked[1:2] not in _ADDRESSED and is_asked_for
     starts_question = bool(asked) and asked[0] in english.QUESTIONS and not is_causative
     # `do i need tea?`
@@ -292,6 +293,12 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool, has_reas
 
 
 _ADDRESSED: Final = (("you",), ("i",), ("we",), ("they",), ("he",), ("she",), ("it",))
+
+
+def _is_several(word: str) -> bool:
+    return (english.number_of(word) or 0) > 1
+
+
 _DEFINITE: Final = frozenset(
     {"the", "this", "that", "these", "those", "my", "our", "your", "me", "us", "it", "them"}
 )
@@ -351,7 +358,7 @@ def check_scopes(sentence: Sentence) -> Sentence:
     return sentence
 
 
-_BEFORE_GERUND: Final = (("stop",), ("quit",), ("cease",), ("avoid",), ("without",))
+_BEFORE_GERUND: Final = (("skip",), ("stop",), ("quit",), ("cease",), ("avoid",), ("without",))
 _BOUNDED: Final = frozenset(
     {("instead", "of"), ("rather", "than"), ("without",), ("not",), ("never", "mind"), ("forget", "about")}
 )

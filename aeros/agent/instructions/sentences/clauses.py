@@ -164,7 +164,12 @@ def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]
         )
         if starts_adjunct and mood is not Mood.CONDITION:
             return at, Link.ADJUNCT, ""
+        if mood is Mood.PROHIBITION and tokens[at] == "just" and tokens[at + 1 : at + 2] not in _AFTER_JUST:
+            return at, Link.JOINED, ""  # `don t make tea just wipe the table`
     return len(tokens), Link.START, ""
+
+
+_AFTER_JUST: Final = ((), ("because",), ("for",), ("in",), ("now",), ("to",), ("yet",))
 
 
 def _link_of(joint: Words) -> Link:

@@ -32,8 +32,19 @@ def rephrased(tokens: Words) -> Words:
         The sentence, without `both`; with `once you have` before an act that is to be over, and
         with `do not` before one that is prohibited.
     """
+    tokens = _with_plain_extents(tokens)
     tokens = _with_duty_of_each(_without_preparation(_without_both(_with_speaker(tokens))))
     return _with_prohibitions(_with_perfect(_without_all(tokens)))
+
+
+def _with_plain_extents(tokens: Words) -> Words:
+    """Write `nothing but the table` and `both halves of it` as `only the table` and `all of it`."""
+    for at in range(1, len(tokens) - 1):
+        if tokens[at : at + 2] == ("nothing", "but"):
+            return (*tokens[:at], "only", *tokens[at + 2 :])
+        if tokens[at : at + 3] == ("both", "halves", "of"):
+            return (*tokens[:at], "all", *tokens[at + 2 :])
+    return tokens
 
 
 def _with_speaker(tokens: Words) -> Words:
@@ -94,11 +105,12 @@ _MAX_THING_WORDS: Final = 4
 
 
 def _without_all(tokens: Words) -> Words:
-    """Write `clear it all up` and `clear all of it` as `clear it up` and `clear it`."""
+    """Write `clear it all up`, `clear all of it` and `move each of them` as `clear it up` and `move them`."""
     for at, word in enumerate(tokens):
         if word == "all" and tokens[at - 1 : at] in _PRONOUNS and at:
             return tokens[:at] + tokens[at + 1 :]
-        if word in ("all", "each", "both") and tokens[at + 1 : at + 2] == ("of",) and tokens[at + 2 : at + 3] in _PRONOUNS:
+        is_of = word in ("all", "each") and tokens[at + 1 : at + 2] == ("of",)
+        if is_of and tokens[at + 2 : at + 3] in _PRONOUNS:
             return tokens[:at] + tokens[at + 2 :]
     return tokens
 

@@ -18,7 +18,7 @@ _SENTENCE_END: Final = re.compile(r"(?:[.;!?:\n\r\u2026]|--+|\s[-\u2013\u2014]\s
 _SIGNED_NUMBER: Final = re.compile(r"[-+\u2212\u00b1~<>=/.]\d+|\d+\s?[%/<>=]")
 """A number that means another one than its digits alone."""
 
-_WRITTEN: Final = re.compile(r"[`#$|{}\[\]<>\\^~=]|//|/\*|&&|\w\(")
+_WRITTEN: Final = re.compile(r"[`#$|{}\[\]<\\^~]|(?<![-=])>|=(?!>)|//|/\*|&&|\w\(")
 """Signs of code, markup and quotations, which no speaker says."""
 
 _TIMES: Final = re.compile(r"(?i)(?<!\w)(\d+)\s?[x\u00d7](?!\w)")
@@ -55,15 +55,18 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
         text = rest[position : end.start() if end else len(rest)]
         position = end.end() if end else len(rest)
         parts = text.split(COMMA)
+        goes_on = False
         for number, part in enumerate(parts, 1):
-            words = english.respelt(normalized_words(part))
-            words = tuple(word for word in words if word not in english.HESITATIONS)
+            spoken = english.respelt(normalized_words(part))
+            words = tuple(word for word in spoken if word not in english.HESITATIONS)
             is_between = tokens and tokens[-1] != COLON and number < len(parts)
             if is_between and words in english.ASIDES:
                 continue
             if words:
-                has_pause = tokens and tokens[-1] != COLON and not _ends_in_link(tokens)
+                has_pause = tokens and tokens[-1] != COLON and not _ends_in_link(tokens) and not goes_on
                 tokens += [*([COMMA] if has_pause else []), *words]
+            # `could you, um, make a tea`
+            goes_on = bool(tokens and spoken) and not words and tokens[-1] in _GOES_ON
         is_label = strip_ends(tuple(tokens)) in english.LABELS
         if end and end.group().strip() == COLON and is_label:
             tokens = tokens if tuple(tokens) in _ORDINALS else []
@@ -75,6 +78,9 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
                 yield tuple(tokens), bool(end and "?" in end.group())
             tokens = []
 
+
+_GOES_ON: Final = frozenset({"and", "can", "could", "me", "please", "the", "then", "to", "us", "will", "would", "you"})
+"""Words that a sentence does not end with: a hesitation behind one is no pause."""
 
 _ORDINALS: Final = (("first",), ("second",), ("third",), ("fourth",))
 """Labels that are kept: a thing behind one is asked for, as in `first: a tea.`."""
