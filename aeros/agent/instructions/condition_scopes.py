@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
+from aeros.agent.instructions import english
 from aeros.agent.instructions.conditions import find_condition
 from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.grammar import check_scopes
@@ -59,7 +60,7 @@ def _with_new_requests(sentence: Sentence, tasks: Sequence[TaskPhrases]) -> Sent
     marked = list(sentence)
     for at, (before, segment) in enumerate(pairwise(sentence), 1):
         is_of_thing = before.mood is Mood.PROHIBITION and before.marker[0] in _OF_THINGS
-        if not is_of_thing or segment.mood is not Mood.REQUEST or segment.words[0].endswith("ing"):
+        if not is_of_thing or segment.mood is not Mood.REQUEST or english.is_gerund(segment.words[0]):
             continue
         things = [cover(entry, before.words, knows_pronoun=False) for entry in tasks]
         acts = [cover(entry, segment.words, knows_pronoun=False) for entry in tasks]

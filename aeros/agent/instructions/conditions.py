@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from typing import Final
 
 from aeros.agent.instructions import english
@@ -97,6 +98,9 @@ def _plain(words: Words) -> Words:
         if verb in _CONTRACTED and words[at + 1 : at + 2] == ("t",):
             words = (*words[:at], _CONTRACTED[verb], "not", *words[at + 2 :])
             break
+    if ("no", "longer") in pairwise(words):
+        at = words.index("longer") - 1
+        words = (*words[:at], "not", *words[at + 2 :])
     plain: list[str] = []
     at = 0
     ignored = (english.DETERMINERS | english.FILLERS | _UNSTRESSED) - english.DEGREES

@@ -20,6 +20,7 @@ from aeros.spec.diagnostics.codes import quoted
 
 _LOOSE_PARTICLES: Final = frozenset({"across", "along", "over", "round", "through", "up"})
 """Particles that change no verb into its opposite, as `back` and `away` may."""
+_TO_PLACES: Final = english.POSITIONS | english.DIRECTIONS
 _BEFORE_NOUNS: Final = frozenset({"a", "an", "little", "my", "our", "single", "some", "the", "your"})
 """Determiners that say nothing without a noun, or say another thing."""
 
@@ -173,7 +174,8 @@ class _Cover(_CoveredWords):
         is_of_object = is_of_object or self._entry.longest(words, end)[0] is self._entry.objects
         if value.values == {default} or _says_which_one(self._entry, value):
             return
-        if before < at - 1 and is_of_object:
+        is_bare = before == at - 1 == end - 2 and (at == 0 or words[before] not in _TO_PLACES)
+        if (before < at - 1 or is_bare) and is_of_object:
             self._stated.fault = f"{quoted(words[at])} may say which one, or where to"
         elif before >= 0 and words[before] in english.POSITIONS and not value.names_object:
             is_of_place = self._entry.longest(words, end)[0] is self._entry.extras

@@ -189,6 +189,18 @@ def respelt(words: Words) -> Words:
     return tuple(word for text in spelt for word in text.split())
 
 
+def is_gerund(word: str) -> bool:
+    """Say if a word is an -ing form: `wiping`, and not `bring`.
+
+    Args:
+        word: one normalized word.
+
+    Returns:
+        True if it is one, by its letters.
+    """
+    return word.endswith("ing") and any(letter in "aeiouy" for letter in word[:-3])
+
+
 def is_plural(word: str) -> bool:
     """Say if a declared noun is in the plural, by its ending.
 

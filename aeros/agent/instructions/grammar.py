@@ -326,9 +326,9 @@ def check_scopes(sentence: Sentence) -> Sentence:
             ends_itself = before.marker[:2] in _BOUNDED and segment.joint == COMMA
             # `stop making tea and clean the table`
             is_gerund = (
-                before.marker in _BEFORE_GERUND and before.words[:1] and before.words[0].endswith("ing")
+                before.marker in _BEFORE_GERUND and before.words[:1] and english.is_gerund(before.words[0])
             )
-            ends_itself |= bool(is_gerund) and not segment.words[0].endswith("ing")
+            ends_itself |= bool(is_gerund) and not english.is_gerund(segment.words[0])
             if segment.link is not Link.THEN and not ends_itself and not segment.is_new:
                 raise InstructionError(
                     f"{quoted(before.text)}, {quoted(segment.text)}: is the second wanted, or prohibited, "

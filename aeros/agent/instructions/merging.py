@@ -81,12 +81,18 @@ def _joined(words: Words, segment: Segment, tasks: Sequence[TaskPhrases]) -> Wor
     return words + segment.words
 
 
+_LOOSE: Final = english.PRONOUNS | english.PARTICLES | english.FILLERS | {"here", "there"}
+"""Words that ask for nothing by themselves."""
+
+
 def _is_another_thing(first: Segment, segment: Segment, tasks: Sequence[TaskPhrases]) -> bool:
     """Return True if a segment only adds a thing or a number to one that has one: `make a tea and two`."""
     if segment.joint not in ("and", "plus", "as well as"):
         return False
     if all(english.number_of(word) is not None for word in segment.words):
         return True
+    if _LOOSE.issuperset(segment.words):
+        return True  # `bring the cup and them`, `wipe it over and over`
     return any(
         cover(entry, segment.words, knows_pronoun=False).is_object_alone
         and bool(cover(entry, first.words, knows_pronoun=False).objects)

@@ -81,7 +81,7 @@ def prohibited_tasks(
 def _starts_with_verb(coverage: Coverage) -> bool:
     """Return True for `clean the table`, and not for `cleaning` or `tables`."""
     is_act = bool(coverage.triggers) and not coverage.starts_with_object and bool(coverage.objects)
-    return is_act and not coverage.triggers[0][0].endswith("ing")
+    return is_act and not english.is_gerund(coverage.triggers[0][0])
 
 
 _NO: Final = ("no",)

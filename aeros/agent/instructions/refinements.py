@@ -134,6 +134,25 @@ def placed_things(
 _THEM: Final = frozenset({"them", "these", "those", "they"})
 
 
+def require_no_other_one(before: Request, request: Request, segment: Segment) -> None:
+    """Require that `bring the cup, the blue one` says more about the same thing.
+
+    Args:
+        before: the request before.
+        request: the request.
+        segment: words of the request.
+
+    Raises:
+        InstructionError: `one` stands for another thing, which may be wanted, too, or instead.
+    """
+    objects = [name for name, one in request.errand.routed.task.parameters.items() if is_object(one)]
+    is_bare = segment.words[-1:] == ("one",) and segment.joint in ("", COMMA) and not request.has_verb
+    is_same_task = before.errand.routed.task is request.errand.routed.task
+    values = [one.errand.routed.arguments for one in (before, request)]
+    if is_bare and is_same_task and any(values[0].get(name) != values[1].get(name) for name in objects):
+        raise InstructionError(f"is {quoted(segment.text)} wanted beside that, or instead?")
+
+
 def is_own_check(segment: Segment, before: Request, tasks: Sequence[TaskPhrases]) -> bool:
     """Check if some words ask only to check what the goal of the request before says.
 

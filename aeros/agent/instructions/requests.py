@@ -187,6 +187,8 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
     """
     routed = coverage.routed
     stated = frozenset(coverage.values.stated)
+    if coverage.puts and not coverage.values.names_place and "there" in segment.closers:
+        raise InstructionError(f"{quoted(segment.text)} does not say which place `there` is")
     is_same = last is not None and coverage.entry.routed.covers(last)
     has_part = coverage.values.names_part or (last is not None and is_same and not _is_of_whole(last))
     if coverage.names_that_part and not has_part:

@@ -34,6 +34,7 @@ from aeros.agent.instructions.reasons.plain_reasons import (
 from aeros.agent.instructions.refinements import (
     is_own_check,
     placed_things,
+    require_no_other_one,
     refined_request,
     with_shared_place,
 )
@@ -190,6 +191,8 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
                 continue
             if segment.mood is Mood.REQUEST:
                 request = read_request(segment, condition, tasks, context, last and last[0].topic)
+                if last:
+                    require_no_other_one(last[0], request, segment)
                 things = placed_things(errands, last[0], request, segment) if last else []
                 refined = last and not things and refined_request(last[0], request, segment, last[1])
                 if things:

@@ -83,6 +83,8 @@ def require_plain_reason(
         InstructionError: it holds a condition or a negation, or asks for a task.
     """
     words = reason.words
+    if (not _SPEECH.isdisjoint(words) or words[-1:] == ("goes",)) and not is_remark(words):
+        raise InstructionError(f"{quoted(' '.join((*reason.marker, *words)))} may report what others say")
     _require_agreement(reason, tasks, asked_for)
     is_stated = is_remark(words) or any(find_condition(reason, entry) is not None for entry in tasks)
     speaks_of_people = words[:1] in (("i",), ("we",), ("he",), ("she",), ("they",))
@@ -112,6 +114,9 @@ def require_plain_reason(
         why = quoted(doubtful[0]) if doubtful else f"`{asked[0]}`"
         text = " ".join((*reason.marker, *words))
         raise InstructionError(f"it is not clear if {quoted(text)} is only a reason, because of {why}")
+
+
+_SPEECH: Final = frozenset({"claims", "quote", "said", "say", "says", "sing", "sings", "tells"})
 
 
 def _is_known_part(words: Words, tasks: Sequence[TaskPhrases], asked_for: Sequence[RoutedTask]) -> bool:

@@ -156,7 +156,7 @@ def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]
             return at, Link.AFTER, " ".join(following)
         # `do the left half when cleaning`
         is_last = at + 2 == len(tokens) or tokens[at + 2 : at + 3] == (COMMA,)
-        is_act = is_last and tokens[at] in english.ACT_MARKERS and tokens[at + 1].endswith("ing")
+        is_act = is_last and tokens[at] in english.ACT_MARKERS and english.is_gerund(tokens[at + 1])
         starts_adjunct = not is_act and (
             english.PROHIBITIONS.starting(tokens, at)
             or english.CONDITIONALS.starting(tokens, at)

@@ -144,7 +144,13 @@ def _end_of_correction(tokens: Words, start: int) -> int:
         # `no` corrects only before a pause: `…, no wiping` prohibits.
         is_certain |= len(strong) >= len(weak) or has_pause
         at += has_pause
-    return at if is_certain and at < len(tokens) else 0
+    waits = tokens[at - 1 : at] == ("wait",) and tokens[at : at + 1] in _AFTER_WAIT
+    return at if is_certain and at < len(tokens) and not waits else 0
+
+
+_AFTER_WAIT: Final = tuple(
+    (word,) for word in ("and", "at", "for", "here", "in", "on", "outside", "there", "till", "until", "while")
+)
 
 
 def _value_correction(tokens: Words, at: int) -> Words:

@@ -38,13 +38,19 @@ def rephrased(tokens: Words) -> Words:
 
 
 def _with_plain_extents(tokens: Words) -> Words:
-    """Write `nothing but the table` and `both halves of it` as `only the table` and `all of it`."""
+    """Write `nothing but it`, `both halves of it` and `right in the middle` as `only it`, `all of it`, `in …`."""
     for at in range(1, len(tokens) - 1):
         if tokens[at : at + 2] == ("nothing", "but"):
             return (*tokens[:at], "only", *tokens[at + 2 :])
+        if tokens[at] == "right" and tokens[at + 1 : at + 3] in _RIGHT_AT and tokens[at - 1] not in _ARTICLES:
+            return (*tokens[:at], *tokens[at + 1 :])
         if tokens[at : at + 3] == ("both", "halves", "of"):
             return (*tokens[:at], "all", *tokens[at + 2 :])
     return tokens
+
+
+_ARTICLES: Final = english.DETERMINERS | english.POSSESSIVES
+_RIGHT_AT: Final = frozenset((word, "the") for word in ("at", "in", "into", "on", "onto"))
 
 
 def _with_speaker(tokens: Words) -> Words:
@@ -138,7 +144,7 @@ def _finished_act(clause: Words, *, is_state: bool) -> Words:
     if clause[:2] in (("you", "are"), ("you", "re")) and clause[2:3] and clause[2] in _DONE:
         rest = clause[4:] if clause[3:4] == ("with",) else clause[3:]
         # `when you are done with that` names no act.
-        is_act = clause[3:4] == ("with",) or (rest[:1] and rest[0].endswith("ing"))
+        is_act = clause[3:4] == ("with",) or (rest[:1] and english.is_gerund(rest[0]))
         return rest if is_act and not (rest[:1] and rest[0] in english.PRONOUNS) else ()
     if clause[:1] and clause[0] in _DONE and clause[1:2] == ("with",):
         return clause[2:]
@@ -147,7 +153,7 @@ def _finished_act(clause: Words, *, is_state: bool) -> Words:
             last = clause[-1]
             act = clause[:at]
             if last in _DONE and len(clause) <= at + 3:
-                return act if any(word.endswith("ing") for word in act) else ()
+                return act if any(english.is_gerund(word) for word in act) else ()
             if english.participle_bases(last) and len(clause) <= at + 3 and not is_state:
                 return (*act, last)
             return ()
