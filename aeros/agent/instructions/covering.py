@@ -20,6 +20,13 @@ from aeros.spec.diagnostics.codes import quoted
 
 _LOOSE_PARTICLES: Final = frozenset({"across", "along", "over", "round", "through", "up"})
 """Particles that change no verb into its opposite, as `back` and `away` may."""
+_SIDES: Final = frozenset({"left", "right"})
+_NO_SIDE: Final = tuple(
+    (word,)
+    for word in ("after", "alone", "away", "back", "behind", "before", "here", "now", "off", "out", "over", "then")
+)
+"""Words after `left` and `right` with which they name no side."""
+
 _TO_PLACES: Final = english.POSITIONS | english.DIRECTIONS
 _BEFORE_NOUNS: Final = frozenset({"a", "an", "little", "my", "our", "single", "some", "the", "your"})
 """Determiners that say nothing without a noun, or say another thing."""
@@ -129,6 +136,10 @@ class _Cover(_CoveredWords):
         words = self._words
         found, length = self._entry.longest(words, at, is_perfect=self._is_perfect)
         value = self._entry.value_phrase(words, at, more_than=length - 1, is_perfect=self._is_perfect)
+        if length == 1 and found is self._entry.extras and words[at] in _TO_PLACES and not self._leads(at):
+            found, length = None, 0
+        if words[at] in _SIDES and value is not None and len(value.words) == 1 and words[at + 1 : at + 2] in _NO_SIDE:
+            return 0  # `right now`, `left over`
         if value is not None:
             self._stated.add(value)
             length = len(value.words)
@@ -155,6 +166,17 @@ class _Cover(_CoveredWords):
         elif length:
             self._last = self._entry.extras
         return length
+
+    def _leads(self, at: int) -> bool:
+        """Return True if a preposition leads to something: `on the left`, and not the one of `pick on it`."""
+        end = _after(self._words, at + 1, english.DETERMINERS | english.POSSESSIVES | english.POSITIONS)
+        value = self._entry.value_phrase(self._words, end)
+        if value is not None and not value.names_object:
+            return True
+        found = self._entry.longest(self._words, end)[0]
+        acts_on_one = not any(map(is_object, self._entry.routed.task.parameters.values()))
+        is_of_it = found is self._entry.objects and acts_on_one  # `do a clean on the table`
+        return is_of_it or found is self._entry.extras or found is self._entry.triggers
 
     def _wants_to_act(self, at: int) -> bool:
         """Return True at the `to` of `i want to fetch it`: the speaker is who fetches."""

@@ -322,6 +322,8 @@ def check_scopes(sentence: Sentence) -> Sentence:
             raise InstructionError(
                 f"{quoted(f'{before.text} {segment.text}')} negates twice, which is not understood"
             )
+        if segment.mood is Mood.PROHIBITION and segment.joint.split()[:1] == ["before"]:
+            raise InstructionError(f"{quoted(f'{segment.joint} {segment.text}')} says no order")
         if before.mood is Mood.PROHIBITION and segment.mood is Mood.REQUEST:
             ends_itself = before.marker[:2] in _BOUNDED and segment.joint == COMMA
             # `stop making tea and clean the table`

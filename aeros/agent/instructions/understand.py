@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from aeros.agent.instructions import english
 from aeros.agent.instructions.alternatives import read_otherwise, read_unless, require_no_alternative
 from aeros.agent.instructions.arguments import are_of_one_object
 from aeros.agent.instructions.condition_scopes import scoped
@@ -190,7 +191,9 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             if segment.is_check and not _is_understood(segment, tasks, context):
                 continue
             if segment.mood is Mood.REQUEST:
-                request = read_request(segment, condition, tasks, context, last and last[0].topic)
+                refers = not english.PRONOUNS.isdisjoint(segment.words)
+                known = context or [_denied(one) for one in prohibited[-1:] if refers]
+                request = read_request(segment, condition, tasks, known, last and last[0].topic)
                 if last:
                     require_no_other_one(last[0], request, segment)
                 things = placed_things(errands, last[0], request, segment) if last else []
@@ -232,6 +235,12 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
         require_plain_reason(reason, tasks, [errand.routed for errand in errands])
     account = tuple(f"{quoted(' '.join(reason.words))}: a reason, asks for nothing" for reason in reasons)
     return Understanding(instruction, tuple(errands), tuple(prohibited), account=account)
+
+
+def _denied(prohibited: RoutedTask) -> Errand:
+    """Return what `it` may mean in `do not wipe the table, inspect it`."""
+    arguments = prohibited.task.complete_arguments(prohibited.arguments)
+    return Errand(replace(prohibited, arguments=arguments))
 
 
 def _is_understood(segment: Segment, tasks: Sequence[TaskPhrases], context: Sequence[Errand]) -> bool:

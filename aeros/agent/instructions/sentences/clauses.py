@@ -106,7 +106,10 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
             prohibition = ()  # `drop it on the left`
         if prohibition and len(prohibition) >= len(opener):
             start = position + len(prohibition)
-            while opener := english.OPENERS.starting(tokens, start):
+            if tokens[start : start + 1] in _NOT_ALL:
+                text = " ".join((*prohibition, tokens[start]))
+                raise InstructionError(f"{quoted(text)} may ask for that, and for more; say what is wanted")
+            while (opener := english.OPENERS.starting(tokens, start)) and opener != ("right",):
                 start += len(opener)
             return start, Mood.PROHIBITION, prohibition
         is_side = opener == ("right",) and tokens[position + 1 : position + 2] != (COMMA,)
@@ -122,6 +125,9 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
                     )
                 return position + len(condition), Mood.CONDITION, condition
         return position, Mood.REQUEST, ()
+
+
+_NOT_ALL: Final = (("just",), ("merely",), ("only",), ("simply",))
 
 
 def _says_where_to(rest: Words) -> bool:
