@@ -76,6 +76,9 @@ def _declared(spoken: Words, entry: TaskPhrases, *, is_own: bool) -> FoundCondit
         subject = next((one for one in entry.objects if words[: len(one)] == one), ())
         rest = words[len(subject) :]
         shorter = {("it", *rest), ("they", *rest), rest[1:]} if subject and is_own else set()
+        names_object = bool(subject) or any(words[-len(one) :] == one for one in entry.objects)
+        if not names_object and not is_own and entry.objects:
+            continue  # `if needed` is of the request that it stands with
         if words and not subject and words[0] not in ("it", "there"):
             shorter.add(("it", *_BE, *words))  # `if it is needed`
         place = next((words[: -len(one) - 1] for one in entry.objects if words[-len(one) :] == one), ())

@@ -20,10 +20,24 @@ from aeros.spec.diagnostics.codes import quoted
 
 _LOOSE_PARTICLES: Final = frozenset({"across", "along", "over", "round", "through", "up"})
 """Particles that change no verb into its opposite, as `back` and `away` may."""
+_UPRIGHT: Final = ("right", "side", "up")
 _SIDES: Final = frozenset({"left", "right"})
 _NO_SIDE: Final = tuple(
     (word,)
-    for word in ("after", "alone", "away", "back", "behind", "before", "here", "now", "off", "out", "over", "then")
+    for word in (
+        "after",
+        "alone",
+        "away",
+        "back",
+        "behind",
+        "before",
+        "here",
+        "now",
+        "off",
+        "out",
+        "over",
+        "then",
+    )
 )
 """Words after `left` and `right` with which they name no side."""
 
@@ -138,7 +152,16 @@ class _Cover(_CoveredWords):
         value = self._entry.value_phrase(words, at, more_than=length - 1, is_perfect=self._is_perfect)
         if length == 1 and found is self._entry.extras and words[at] in _TO_PLACES and not self._leads(at):
             found, length = None, 0
-        if words[at] in _SIDES and value is not None and len(value.words) == 1 and words[at + 1 : at + 2] in _NO_SIDE:
+        if value is not None and value.words == ("right",) and self._means_properly(at):
+            return 0
+        if words[at : at + 3] == _UPRIGHT:
+            return 0
+        if (
+            words[at] in _SIDES
+            and value is not None
+            and len(value.words) == 1
+            and words[at + 1 : at + 2] in _NO_SIDE
+        ):
             return 0  # `right now`, `left over`
         if value is not None:
             self._stated.add(value)
@@ -167,6 +190,15 @@ class _Cover(_CoveredWords):
             self._last = self._entry.extras
         return length
 
+    def _means_properly(self, at: int) -> bool:
+        """Return True for the last word of `wipe the table right`, and not of `put the cup right`."""
+        is_last = at + 1 == len(self._words) and bool(self._triggers) and self._last is not self._triggers
+        verbs = {form for one in self._triggers for form in english.base_forms(one[0])}
+        is_put = not english.PUTTING_VERBS.isdisjoint(verbs)
+        before = self._words[at - 1 : at]
+        is_named = bool(before) and before[0] in _TO_PLACES | english.DETERMINERS | english.PLACE_NOUNS
+        return is_last and not is_put and not is_named
+
     def _leads(self, at: int) -> bool:
         """Return True if a preposition leads to something: `on the left`, and not the one of `pick on it`."""
         end = _after(self._words, at + 1, english.DETERMINERS | english.POSSESSIVES | english.POSITIONS)
@@ -194,11 +226,13 @@ class _Cover(_CoveredWords):
         following = self._entry.value_phrase(words, end)
         is_of_object = following is not None and not following.is_place
         is_of_object = is_of_object or self._entry.longest(words, end)[0] is self._entry.objects
-        if value.values == {default} or _says_which_one(self._entry, value):
+        if _says_which_one(self._entry, value):
             return
         is_bare = before == at - 1 == end - 2 and (at == 0 or words[before] not in _TO_PLACES)
         if (before < at - 1 or is_bare) and is_of_object:
             self._stated.fault = f"{quoted(words[at])} may say which one, or where to"
+        elif value.values == {default}:
+            return
         elif before >= 0 and words[before] in english.POSITIONS and not value.names_object:
             is_of_place = self._entry.longest(words, end)[0] is self._entry.extras
             self._describes_place = self._describes_place or not is_of_place
@@ -319,6 +353,13 @@ class _Cover(_CoveredWords):
 
     def _unstressed(self, at: int) -> int:
         word = self._words[at]
+        following = self._words[at + 1 : at + 2]
+        if word == "some" and following == ("of",):
+            return 0  # `clean some of it`
+        if word in _LOOSE_PARTICLES and english.number_of("".join(following)) is not None:
+            return 0  # `over two`
+        if word == "too" and self._entry.longest(self._words, at + 1)[0] is self._entry.objects:
+            return 0  # `make too teas`, by sound
         if word in _BEFORE_NOUNS and english.DETERMINERS.issuperset(self._words[at:]):
             return 0  # `clean it a little`
         if word in english.FILLERS or word in english.DETERMINERS:

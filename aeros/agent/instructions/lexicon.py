@@ -82,6 +82,7 @@ class TaskPhrases:
                 if one.words[0] in begins
                 and len(one.words) > more_than
                 and not (one.is_place and len(one.words) == 1 and _is_verb_at(words, at))
+                and not (one.names_object and _is_of_several(one.words, words, at))
                 and _stands_at(one.words, words, at, is_perfect=is_perfect, is_verb=False)
             ),
             None,
@@ -219,6 +220,12 @@ def _longest_with_articles(index: _Index, words: Words, at: int) -> int:
         default=0,
     )
     return bare[length - 1] - at + 1 if length else 0
+
+
+def _is_of_several(phrase: Words, words: Words, at: int) -> bool:
+    """Return True for `cups` where a value is `cup`: one thing, and no more, is what it stands for."""
+    last = "".join(words[at + len(phrase) - 1 : at + len(phrase)])
+    return english.is_plural(last) and not english.is_plural(phrase[-1])
 
 
 def _is_verb_at(words: Words, at: int) -> bool:

@@ -70,7 +70,11 @@ def prohibited_tasks(
                 for one in coverages
                 if one.entry.routed.covers(last) and one.values.names_place and not one.unknown
             ]
-        if segment.marker == _NO and segment.link is not Link.START and any(map(_starts_with_verb, coverages)):
+        if (
+            segment.marker == _NO
+            and segment.link is not Link.START
+            and any(map(_starts_with_verb, coverages))
+        ):
             raise InstructionError(f"{quoted(segment.text)} may prohibit, or correct what is said before it")
         if not possible:
             raise not_covered(replace(segment, words=part), coverages)

@@ -39,12 +39,13 @@ def refined_request(before: Request, request: Request, segment: Segment, first: 
     if not request.only_refers or before.errand.routed.task is not request.errand.routed.task:
         return None
     # `clean the whole table, well, only the left half`
-    is_instead = (
-        segment.joint == COMMA and segment.words[:1] in (("only",), ("just",)) and not request.has_verb
-    )
+    is_limit = not {"only", "just"}.isdisjoint(segment.words) and not request.has_verb
+    is_instead = is_limit and segment.joint in ("", COMMA)
     if request.errand.condition is not None or (request.stated & before.stated and not is_instead):
         return None
-    is_more = segment.link in (Link.JOINED, Link.ADJUNCT) or "but" in segment.joint.split()
+    # `clean the table. Only the left half.`
+    is_of_part = segment.link is Link.START and not request.has_verb and not _names_object(request)
+    is_more = is_of_part or segment.link in (Link.JOINED, Link.ADJUNCT) or "but" in segment.joint.split()
     if not is_more and not _is_one_act(segment, first):
         return None
     if request.stated and not request.has_verb and segment.joint in _AND:
@@ -114,11 +115,13 @@ def placed_things(
     objects = {name for name, one in routed.task.parameters.items() if is_object(one)}
     earlier = takewhile(lambda one: one.routed.task is routed.task, reversed(errands))
     things = list(earlier)[::-1]
-    if not request.only_refers or not objects or len(things) < 2:  # noqa: PLR2004 - more than one
+    if not request.only_refers or not objects or len(things) < 2:
         return []
     if _THEM.isdisjoint(segment.words):
         if not before.has_verb and "it" in segment.words:
-            raise InstructionError(f"`it` in {quoted(segment.text)} may mean one of several things; say which")
+            raise InstructionError(
+                f"`it` in {quoted(segment.text)} may mean one of several things; say which"
+            )
         return []
     if request.errand.condition is not None or request.stated & objects:
         raise InstructionError(f"it is not clear which things are meant by {quoted(segment.text)}")
@@ -129,6 +132,11 @@ def placed_things(
     return [
         replace(one, routed=replace(one.routed, arguments={**one.routed.arguments, **new})) for one in things
     ]
+
+
+def _names_object(request: Request) -> bool:
+    parameters = request.errand.routed.task.parameters
+    return any(is_object(parameters[name]) for name in request.stated)
 
 
 _THEM: Final = frozenset({"them", "these", "those", "they"})

@@ -140,7 +140,7 @@ def _read(
                 one
                 for one in coverages
                 if (one.is_whole and (one.starts_with_object or not form.needs_object_first))
-                or one.repeats(last)
+                or (form.words == words and one.repeats(last))
             ] or [one for one in coverages if one.is_whole_without_verb(is_light=segment.is_light)]
             if may_elide and last is not None and not whole:
                 named = [one for one in coverages if has_object_of(one.entry.routed, last)]

@@ -35,8 +35,8 @@ from aeros.agent.instructions.reasons.plain_reasons import (
 from aeros.agent.instructions.refinements import (
     is_own_check,
     placed_things,
-    require_no_other_one,
     refined_request,
+    require_no_other_one,
     with_shared_place,
 )
 from aeros.agent.instructions.refusals import (
@@ -168,7 +168,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
         if pending and is_topic(sentence, pending[0], tasks):
             own_reasons, sentence = [*own_reasons, *sentence], ()
         if errands:
-            require_no_retraction(own_reasons, tasks)
+            require_no_retraction(own_reasons, tasks, [one.routed for one in errands])
         reasons += own_reasons
         # A sentence that is only a reason, as in `The table is dirty. Clean it.`, leads the next one.
         context = _context(errands, [*leading, *own_reasons], tasks)

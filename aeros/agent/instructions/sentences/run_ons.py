@@ -49,7 +49,8 @@ def _parts(segment: Segment, tasks: Sequence[TaskPhrases]) -> Sentence:
         return (segment,)
     first, *others = ways[0]
     more = (
-        Segment(Mood.REQUEST, words, Link.JOINED, joint=COMMA, is_polite=segment.is_polite) for words in others
+        Segment(Mood.REQUEST, words, Link.JOINED, joint=COMMA, is_polite=segment.is_polite)
+        for words in others
     )
     *earlier, last = replace(segment, words=first, closers=()), *more
     return (*earlier, replace(last, closers=segment.closers))

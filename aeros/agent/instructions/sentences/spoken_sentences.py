@@ -18,7 +18,9 @@ _SENTENCE_END: Final = re.compile(r"(?:[.;!?:\n\r\u2026]|--+|\s[-\u2013\u2014]\s
 _SIGNED_NUMBER: Final = re.compile(r"[-+\u2212\u00b1~<>=/.]\d+|\d+\s?[%/<>=]")
 """A number that means another one than its digits alone."""
 
-_WRITTEN: Final = re.compile(r"[`#$|{}\[\]<\\^~]|(?<![-=])>|=(?!>)|//|/\*|&&|\w\(")
+_WRITTEN: Final = re.compile(
+    r"[`#$|{}\[\]<\\^~]|(?<![-=])>|=(?!>)|[\u00b2\u00b3\u00b9\u2070-\u2089]|//|/\*|&&|\w\("
+)
 """Signs of code, markup and quotations, which no speaker says."""
 
 _TIMES: Final = re.compile(r"(?i)(?<!\w)(\d+)\s?[x\u00d7](?!\w)")
@@ -79,7 +81,9 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
             tokens = []
 
 
-_GOES_ON: Final = frozenset({"and", "can", "could", "me", "please", "the", "then", "to", "us", "will", "would", "you"})
+_GOES_ON: Final = frozenset(
+    {"and", "can", "could", "me", "please", "the", "then", "to", "us", "will", "would", "you"}
+)
 """Words that a sentence does not end with: a hesitation behind one is no pause."""
 
 _ORDINALS: Final = (("first",), ("second",), ("third",), ("fourth",))
