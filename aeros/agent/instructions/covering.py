@@ -21,6 +21,7 @@ from aeros.spec.diagnostics.codes import quoted
 _LOOSE_PARTICLES: Final = frozenset({"across", "along", "over", "round", "through", "up"})
 """Particles that change no verb into its opposite, as `back` and `away` may."""
 _UPRIGHT: Final = ("right", "side", "up")
+_OF_SPEAKERS: Final = (("my",), ("our",), ("his",), ("her",), ("their",))
 _SIDES: Final = frozenset({"left", "right"})
 _NO_SIDE: Final = tuple(
     (word,)
@@ -150,19 +151,11 @@ class _Cover(_CoveredWords):
         words = self._words
         found, length = self._entry.longest(words, at, is_perfect=self._is_perfect)
         value = self._entry.value_phrase(words, at, more_than=length - 1, is_perfect=self._is_perfect)
-        if length == 1 and found is self._entry.extras and words[at] in _TO_PLACES and not self._leads(at):
-            found, length = None, 0
-        if value is not None and value.words == ("right",) and self._means_properly(at):
+        is_preposition = length == 1 and found is self._entry.extras and words[at] in _TO_PLACES
+        if is_preposition and not _leads(self._entry, words, at):
+            found, length = (), 0
+        if value is not None and words[at] in _SIDES and _is_no_side(words, at, value, self._triggers):
             return 0
-        if words[at : at + 3] == _UPRIGHT:
-            return 0
-        if (
-            words[at] in _SIDES
-            and value is not None
-            and len(value.words) == 1
-            and words[at + 1 : at + 2] in _NO_SIDE
-        ):
-            return 0  # `right now`, `left over`
         if value is not None:
             self._stated.add(value)
             length = len(value.words)
@@ -189,26 +182,6 @@ class _Cover(_CoveredWords):
         elif length:
             self._last = self._entry.extras
         return length
-
-    def _means_properly(self, at: int) -> bool:
-        """Return True for the last word of `wipe the table right`, and not of `put the cup right`."""
-        is_last = at + 1 == len(self._words) and bool(self._triggers) and self._last is not self._triggers
-        verbs = {form for one in self._triggers for form in english.base_forms(one[0])}
-        is_put = not english.PUTTING_VERBS.isdisjoint(verbs)
-        before = self._words[at - 1 : at]
-        is_named = bool(before) and before[0] in _TO_PLACES | english.DETERMINERS | english.PLACE_NOUNS
-        return is_last and not is_put and not is_named
-
-    def _leads(self, at: int) -> bool:
-        """Return True if a preposition leads to something: `on the left`, and not the one of `pick on it`."""
-        end = _after(self._words, at + 1, english.DETERMINERS | english.POSSESSIVES | english.POSITIONS)
-        value = self._entry.value_phrase(self._words, end)
-        if value is not None and not value.names_object:
-            return True
-        found = self._entry.longest(self._words, end)[0]
-        acts_on_one = not any(map(is_object, self._entry.routed.task.parameters.values()))
-        is_of_it = found is self._entry.objects and acts_on_one  # `do a clean on the table`
-        return is_of_it or found is self._entry.extras or found is self._entry.triggers
 
     def _wants_to_act(self, at: int) -> bool:
         """Return True at the `to` of `i want to fetch it`: the speaker is who fetches."""
@@ -390,6 +363,34 @@ class _Cover(_CoveredWords):
             self._prepositions.append(words[at])
             return 1
         return 0
+
+
+def _is_no_side(words: Words, at: int, value: ValuePhrase, triggers: Collection[Words]) -> bool:
+    """Return True for `right now`, `left over`, `my left`, `right side up` and the end of `wipe it right`."""
+    before = words[at - 1 : at]
+    if words[at : at + 3] == _UPRIGHT or before in _OF_SPEAKERS:
+        return True
+    if len(value.words) > 1:
+        return False
+    verbs = {form for one in triggers for form in english.base_forms(one[0])}
+    is_put = not verbs or not english.PUTTING_VERBS.isdisjoint(verbs)
+    is_named = before[:1] and before[0] in _TO_PLACES | english.DETERMINERS | english.PLACE_NOUNS
+    # `wipe the table right`
+    is_manner = at + 1 == len(words) and words[at] == "right" and not is_put and not is_named
+    return is_manner or words[at + 1 : at + 2] in _NO_SIDE
+
+
+def _leads(entry: TaskPhrases, words: Words, at: int) -> bool:
+    """Return True if a preposition leads to something: `on the left`, and not the one of `pick on it`."""
+    end = _after(words, at + 1, english.DETERMINERS | english.POSSESSIVES | english.POSITIONS)
+    value = entry.value_phrase(words, end)
+    if value is not None and not value.names_object:
+        return True
+    found = entry.longest(words, end)[0]
+    acts_on_one = not any(map(is_object, entry.routed.task.parameters.values()))
+    is_of_it = found is entry.objects and acts_on_one  # `do a clean on the table`
+    is_of_act = found is entry.triggers and words[at] == "to"
+    return is_of_it or is_of_act or found is entry.extras
 
 
 def _labelled_number(words: Words, at: int, name: str) -> int:

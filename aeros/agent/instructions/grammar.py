@@ -362,6 +362,14 @@ def check_scopes(sentence: Sentence) -> Sentence:
 
 _BEFORE_GERUND: Final = (("skip",), ("stop",), ("quit",), ("cease",), ("avoid",), ("without",))
 _BOUNDED: Final = frozenset(
-    {("instead", "of"), ("rather", "than"), ("without",), ("not",), ("never", "mind"), ("forget", "about")}
+    {
+        ("instead", "of"),
+        ("rather", "than"),
+        ("in", "place"),
+        ("without",),
+        ("not",),
+        ("never", "mind"),
+        ("forget", "about"),
+    }
 )
 """Prohibitions that end at the next comma."""

@@ -15,6 +15,7 @@ from aeros.agent.instructions.meaning import Errand
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.requests import Request
 from aeros.agent.instructions.segments import COMMA, Link, Mood, Segment
+from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.expr import terms as t
 
@@ -117,11 +118,10 @@ def placed_things(
     things = list(earlier)[::-1]
     if not request.only_refers or not objects or len(things) < 2:
         return []
-    if _THEM.isdisjoint(segment.words):
-        if not before.has_verb and "it" in segment.words:
-            raise InstructionError(
-                f"`it` in {quoted(segment.text)} may mean one of several things; say which"
-            )
+    if _THEM.isdisjoint(segment.words) and "both" not in segment.openers:
+        is_bare_place = not request.has_verb and not request.stated & objects
+        if not before.has_verb and ("it" in segment.words or is_bare_place):
+            raise InstructionError(f"{quoted(segment.text)} may be about one of several things; say which")
         return []
     if request.errand.condition is not None or request.stated & objects:
         raise InstructionError(f"it is not clear which things are meant by {quoted(segment.text)}")
@@ -154,11 +154,40 @@ def require_no_other_one(before: Request, request: Request, segment: Segment) ->
         InstructionError: `one` stands for another thing, which may be wanted, too, or instead.
     """
     objects = [name for name, one in request.errand.routed.task.parameters.items() if is_object(one)]
+    is_place = objects and not request.has_verb and not request.stated & {*objects}
+    if is_place and request.stated & before.stated and segment.link is not Link.THEN:
+        raise InstructionError(f"{quoted(segment.text)} says another place than before")
     is_bare = segment.words[-1:] == ("one",) and segment.joint in ("", COMMA) and not request.has_verb
     is_same_task = before.errand.routed.task is request.errand.routed.task
     values = [one.errand.routed.arguments for one in (before, request)]
     if is_bare and is_same_task and any(values[0].get(name) != values[1].get(name) for name in objects):
         raise InstructionError(f"is {quoted(segment.text)} wanted beside that, or instead?")
+
+
+_BEFORE_THINGS: Final = frozenset({"but", "except", "instead", "not", "rather", "without"})
+"""First words of prohibitions that need no verb of their own."""
+
+
+def require_own_place(before: Request, prohibited: Sequence[RoutedTask], segment: Segment) -> None:
+    """Require that a prohibition says no place that the request before may need.
+
+    Args:
+        before: the request before.
+        prohibited: what may be prohibited.
+        segment: words of the prohibition.
+
+    Raises:
+        InstructionError: it does, as in `put the cup and not the block on the left`.
+    """
+    routed = before.errand.routed
+    places = {name for name, one in routed.task.parameters.items() if one.values and not is_object(one)}
+    is_of_things = any(map(is_object, routed.task.parameters.values()))
+    said = {name for one in prohibited if one.task is routed.task for name in one.arguments}
+    is_bare = segment.marker[0] in _BEFORE_THINGS
+    if is_bare and is_of_things and (places & said) - before.stated and said - places:
+        raise InstructionError(
+            f"the place in {quoted(segment.text)} may be of what is wanted; say it with that"
+        )
 
 
 def is_own_check(segment: Segment, before: Request, tasks: Sequence[TaskPhrases]) -> bool:

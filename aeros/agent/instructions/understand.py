@@ -37,6 +37,7 @@ from aeros.agent.instructions.refinements import (
     placed_things,
     refined_request,
     require_no_other_one,
+    require_own_place,
     with_shared_place,
 )
 from aeros.agent.instructions.refusals import (
@@ -212,9 +213,10 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             elif is_universal(segment):
                 prohibits_all = segment.text
             else:
-                prohibited += [
-                    one for one in prohibited_tasks(segment, tasks, errands) if one not in prohibited
-                ]
+                found = prohibited_tasks(segment, tasks, errands)
+                if last and segment.link in (Link.JOINED, Link.ADJUNCT):
+                    require_own_place(last[0], found, segment)
+                prohibited += [one for one in found if one not in prohibited]
         conditional = [one for one in errands[earlier:] if one.condition is not None]
         first = last[0] if last and conditional == [last[0].errand] == errands[-1:] else None
     if prohibits_all and errands:

@@ -38,7 +38,7 @@ def rephrased(tokens: Words) -> Words:
 
 
 def _with_plain_extents(tokens: Words) -> Words:
-    """Write `nothing but it`, `both halves of it` and `right in the middle` as `only it`, `all of it`, `in …`."""
+    """Write `nothing but it`, `both halves of it` and `right in the` as `only it`, `all of it`, `in the`."""
     for at in range(1, len(tokens) - 1):
         if tokens[at : at + 2] == ("nothing", "but"):
             return (*tokens[:at], "only", *tokens[at + 2 :])

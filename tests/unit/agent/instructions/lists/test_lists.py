@@ -45,6 +45,7 @@ FLOORS = {
     "unseen_17": 0.7,
     "unseen_18": 0.65,
     "unseen_19": 0.7,
+    "unseen_20": 0.6,
     "authors_2": 0.95,
     "authors_3": 0.96,
     "authors_4": 0.97,
