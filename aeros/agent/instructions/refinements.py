@@ -182,9 +182,9 @@ def require_own_place(before: Request, prohibited: Sequence[RoutedTask], segment
     routed = before.errand.routed
     places = {name for name, one in routed.task.parameters.items() if one.values and not is_object(one)}
     is_of_things = any(map(is_object, routed.task.parameters.values()))
-    said = {name for one in prohibited if one.task is routed.task for name in one.arguments}
+    stated = {name for one in prohibited if one.task is routed.task for name in one.arguments}
     is_bare = segment.marker[0] in _BEFORE_THINGS
-    if is_bare and is_of_things and (places & said) - before.stated and said - places:
+    if is_bare and is_of_things and (places & stated) - before.stated and stated - places:
         raise InstructionError(
             f"the place in {quoted(segment.text)} may be of what is wanted; say it with that"
         )
