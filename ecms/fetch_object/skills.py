@@ -5,12 +5,12 @@ whether a step succeeded: what is measured afterwards does.
 """
 
 from collections.abc import Generator
-from math import atan2, copysign, cos, hypot, pi, sin, sqrt
+from math import atan2, copysign, cos, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, Way, act, first_allowed
 
 from .pushes import push_length
-from .stations import EASTMOST, REACH, base_for_delivery
+from .stations import EASTMOST, REACH, base_for_delivery, base_from
 
 Task = Generator[Action, Observation, Observation]
 Place = tuple[float, float, float]
@@ -93,9 +93,6 @@ OVER_WITHIN = 0.03
 STATION_ASIDES = (0.40, -0.40)
 """Distances to the left of an object at which the base stands where no grip was allowed from before, m."""
 
-STATION_TO_OBJECT = 0.58
-"""Distance of the object from the arm's base there, m."""
-
 
 def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
     """Tuck the arm and drive to the station; look first where memory expects the object, if not there.
@@ -142,11 +139,12 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
         return
     if not _in_reach(observed, observed["object_position"]):
         return
+    is_free_across = observed.get("object_free_across") is True and not observed["object_lying"]
     # From beside the stand the hand's camera sees the carriage, which shows if it is off.
     yield act("look", camera="hand")
     stations = (_grip_from(aside, pace) for aside in STATION_ASIDES)
-    from_the_other_end = _grip_turned(pi, 0.0, pace)
-    ways = (*_grips(observed, pace), *stations, from_the_other_end)
+    ends = (_grip_turned(turn, 0.0, pace) for turn in (pi, -pi / 2.0) if turn == pi or is_free_across)
+    ways = (*_grips(observed, pace), *stations, *ends)
     observed = yield from first_allowed(observed, *ways)
     is_lost = observed.get("holding") is False and observed.get("object_free_across") is True
     if is_lost and _is_located(observed) and not observed["object_lying"]:
@@ -176,8 +174,8 @@ def _grip_from(aside: float, pace: float) -> Way:
             return observed
         x, y, _ = observed["object_position"]
         observed = yield from _carry(observed, pace)
-        behind = sqrt(STATION_TO_OBJECT**2 - aside**2)
-        observed = yield from _drive(min(EASTMOST, x - behind), y + aside)
+        along, across = base_from(x, aside)
+        observed = yield from _drive(min(EASTMOST, x + along), y + across)
         observed = yield from _look(observed, pace)
         if not (_is_located(observed) and observed["object_free"]):
             return observed
@@ -338,8 +336,11 @@ def _is_located(observed: Observation) -> bool:
 def _search(observed: Observation) -> Task:
     """Look from one place after the other until the object is seen, and drive to it.
 
-    The search ends, too, when pictures have shown every place where it can be.
+    The camera over the aisle looks first: what lies in the aisle the mast does not see from there. The search
+    ends, too, when pictures have shown every place where it can be.
     """
+    if observed.get("object_detected") is not True:
+        observed = yield act("look", camera="aisle_top")
     for x, y in _along_the_way(observed):
         if observed.get("object_detected") is True or observed.get("object_absent") is True:
             break
