@@ -315,9 +315,15 @@ def _holds_wrapper(observed: Observation) -> bool:
 
 
 def _take(
-    observed: Observation, pace: float, place: Place, yaw: float, width: float, opened: float = OPEN
+    observed: Observation,
+    pace: float,
+    place: Place,
+    yaw: float,
+    width: float,
+    opened: float = OPEN,
+    *turns: float,
 ) -> Task:
-    """Grip what is at `place` and lift it; where that is denied, beside its middle or a little askew."""
+    """Grip what is at `place` and lift it; where that is denied, beside its middle, askew or turned so."""
 
     def way(aside: float, turn: float) -> Way:
         heading = yaw + turn
@@ -329,7 +335,8 @@ def _take(
 
         return take
 
-    offsets = ((0.0, 0.0), (PADS_ASIDE, 0.0), (-PADS_ASIDE, 0.0), (0.0, ASKEW), (0.0, -ASKEW))
+    asides = ((0.0, 0.0), (PADS_ASIDE, 0.0), (-PADS_ASIDE, 0.0))
+    offsets = (*asides, *((0.0, turn) for turn in (ASKEW, -ASKEW, *turns)))
     return (yield from first_allowed(observed, *(way(*offset) for offset in offsets)))
 
 
@@ -373,8 +380,10 @@ def _take_filling(observed: Observation, pace: float) -> Task:
     Where it is not held then, look, and grip it once more: by its other sides if there is room, else as the
     new picture shows it.
     """
-    yaw = observed.get("filling_yaw", 0.0)
-    observed = yield from _take(observed, pace, _filling_grasp(observed), yaw, FILLING_GRIP, HALF_OPEN)
+    yaw, place = observed.get("filling_yaw", 0.0), _filling_grasp(observed)
+    across = -pi / 2.0 if yaw > 0.0 else pi / 2.0
+    turns = (across,) if observed.get("filling_free_across") is True else ()
+    observed = yield from _take(observed, pace, place, yaw, FILLING_GRIP, HALF_OPEN, *turns)
     if not _is_missed(observed, FILLING_GRIP):
         return observed
     observed = yield from _look(observed, pace, "filling_position")
