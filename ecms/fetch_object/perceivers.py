@@ -194,8 +194,9 @@ NEARER = 0.15
 SAME_PLACE = 0.15
 """Standard uncertainty of a place from memory, m: positions as near as that count as one usual place."""
 
-SEARCHED_SHARE = 0.99
-"""Share of it that was looked over when nothing is there: looks from three places behind it show all."""
+SEARCHED_SHARE = 0.98
+"""Share of it that was looked over when nothing is there: the mast's looks and one from over the aisle show as
+much from two places; the arm or the carriage may hide the rest."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
@@ -274,6 +275,9 @@ def find_object(view: View) -> Perception:
                 if name == "aisle_top":
                     found = {} if is_seen else _look_from_above(picture, kind, stands, view.readings)
                     if not found:
+                        if not is_seen:
+                            looked |= dict.fromkeys(_cells(picture, stands, view.readings), picture.time)
+                            known |= _searched(looked, picture.time, stands)
                         continue
                     seen_above = found["object_position"]
                 else:
@@ -290,10 +294,9 @@ def find_object(view: View) -> Perception:
                         found["object_aside"] = (station.aside, UNCERTAINTY)
                 elif name == "mast":
                     looked |= dict.fromkeys(_cells(picture, stands), picture.time)
-                share = _share_since(looked, picture.time - SEARCH_AGE, stands)
-                found |= {"object_searched": (share, 0.02), "object_absent": (share >= SEARCHED_SHARE,)}
                 for variable, value in found.items():
                     known[variable] = None if value is None else estimate(*value, time=picture.time)
+                known |= _searched(looked, picture.time, stands)
             newest = max(picture.time for picture in view.pictures.values())
         view = yield known.copy()
 
@@ -621,12 +624,30 @@ def _stand_lift(points: Points, belongs: Place) -> float | None:
     return believe_height(float(np.median(heights)), z, UNNOTICED) - z
 
 
-def _cells(picture: Picture, stands: Points) -> set[tuple[int, int]]:
-    """Return the squares of the searched area that a picture shows the top of."""
+def _searched(looked: Mapping[tuple[int, int], float], time: float, stands: Points) -> dict[str, Any]:
+    """Return how much of the area was looked over, and if that is all."""
+    share = _share_since(looked, time - SEARCH_AGE, stands)
+    return {
+        "object_searched": estimate(share, 0.02, time=time),
+        "object_absent": estimate(share >= SEARCHED_SHARE, time=time),
+    }
+
+
+def _cells(picture: Picture, stands: Points, above: Mapping[str, Any] | None = None) -> set[tuple[int, int]]:
+    """Return the squares of the searched area that a picture shows the top of.
+
+    Of the camera over the aisle, with the readings `above`, the floor counts, and what the robot stands on.
+    """
     points = picture.points()
     low, high = _searched_area(stands)
     x, y = points[:, :, 0], points[:, :, 1]
     inside = (low[0] < x) & (x < high[0]) & (low[1] < y) & (y < high[1])
+    if above is not None:
+        if "base_position" not in above:
+            return set()
+        u, v, z = above["base_position"]
+        is_floor = points[:, :, 2] < z - FLOOR_BELOW + ON_FLOOR[1]
+        inside &= is_floor | (np.hypot(x - u, y - v) < CARRIAGE_RADIUS)
     cells = ((points[inside][:, :2] - low) / SEARCH_CELL).astype(np.intp)
     return {(row[0], row[1]) for row in np.unique(cells, axis=0).tolist()}
 

@@ -45,7 +45,7 @@ def start_skill(
     return function(observation, inputs, models) if models else function(observation, inputs)
 
 
-def continue_skill(body: SkillBody, observation: Observation, denial: str) -> object:
+def continue_skill(body: SkillBody, observation: Observation, denial: str) -> Action:
     """Continue a skill after its last action: with what was measured, or with the denial of the action.
 
     Args:
@@ -54,7 +54,7 @@ def continue_skill(body: SkillBody, observation: Observation, denial: str) -> ob
         denial: why the action was denied for good; empty if it was not.
 
     Returns:
-        The object that it yields next.
+        The object that it yields next, which should be an action.
 
     Raises:
         StopIteration: it has ended.
