@@ -195,8 +195,8 @@ SAME_PLACE = 0.15
 """Standard uncertainty of a place from memory, m: positions as near as that count as one usual place."""
 
 SEARCHED_SHARE = 0.98
-"""Share of it that was looked over when nothing is there: the mast's looks and one from over the aisle show as
-much from two places; the arm or the carriage may hide the rest."""
+"""Share of it that was looked over when nothing is there: the mast and the camera over the aisle show as much
+in three looks each; the arm or the carriage may hide the rest."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
@@ -275,8 +275,9 @@ def find_object(view: View) -> Perception:
                 if name == "aisle_top":
                     found = {} if is_seen else _look_from_above(picture, kind, stands, view.readings)
                     if not found:
-                        if not is_seen:
-                            looked |= dict.fromkeys(_cells(picture, stands, view.readings), picture.time)
+                        if not is_seen and not _has_colour(picture, kind, stands, view.readings):
+                            floor = view.readings["base_position"][2] - FLOOR_BELOW
+                            looked |= dict.fromkeys(_cells(picture, stands, floor), picture.time)
                             known |= _searched(looked, picture.time, stands)
                         continue
                     seen_above = found["object_position"]
@@ -533,6 +534,15 @@ def _look_from_above(
     }
 
 
+def _has_colour(picture: Picture, kind: Kind, stands: Points, given: Mapping[str, Any]) -> bool:
+    """Check that a picture may show the object, anywhere near the stands; True while the base is unknown."""
+    if "base_position" not in given:
+        return True
+    points = picture.points()
+    mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
+    return int((mask & _is_off_robot(points, given)).sum()) >= MIN_FROM_ABOVE
+
+
 def _shows(picture: Picture, place: Place) -> bool:
     """Check that a picture shows what is at a place."""
     points = picture.points()
@@ -633,21 +643,14 @@ def _searched(looked: Mapping[tuple[int, int], float], time: float, stands: Poin
     }
 
 
-def _cells(picture: Picture, stands: Points, above: Mapping[str, Any] | None = None) -> set[tuple[int, int]]:
-    """Return the squares of the searched area that a picture shows the top of.
-
-    Of the camera over the aisle, with the readings `above`, the floor counts, and what the robot stands on.
-    """
+def _cells(picture: Picture, stands: Points, floor: float | None = None) -> set[tuple[int, int]]:
+    """Return the squares of the searched area that a picture shows the top of; of its floor alone, if given."""
     points = picture.points()
     low, high = _searched_area(stands)
     x, y = points[:, :, 0], points[:, :, 1]
     inside = (low[0] < x) & (x < high[0]) & (low[1] < y) & (y < high[1])
-    if above is not None:
-        if "base_position" not in above:
-            return set()
-        u, v, z = above["base_position"]
-        is_floor = points[:, :, 2] < z - FLOOR_BELOW + ON_FLOOR[1]
-        inside &= is_floor | (np.hypot(x - u, y - v) < CARRIAGE_RADIUS)
+    if floor is not None:
+        inside &= points[:, :, 2] < floor + ON_FLOOR[1]
     cells = ((points[inside][:, :2] - low) / SEARCH_CELL).astype(np.intp)
     return {(row[0], row[1]) for row in np.unique(cells, axis=0).tolist()}
 

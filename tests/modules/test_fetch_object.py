@@ -588,7 +588,10 @@ def test_it_sees_how_a_can_lies() -> None:
     ids=["on a stand", "at the carriage", "blue", "too large"],
 )
 def test_what_is_no_can_on_the_floor_is_left_to_the_mast(top: Top) -> None:
-    assert from_above(top) == {}
+    found = from_above(top)
+    assert "object_seen" not in found
+    if top.colour == RED and top.z > 0.1:
+        assert found == {}, "what may be the can counts for no look either"
 
 
 def test_a_mast_that_does_not_show_the_place_takes_no_can_away_and_one_that_shows_it_does() -> None:
