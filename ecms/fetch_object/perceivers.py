@@ -644,7 +644,7 @@ def _searched(looked: Mapping[tuple[int, int], float], time: float, stands: Poin
 
 
 def _cells(picture: Picture, stands: Points, floor: float | None = None) -> set[tuple[int, int]]:
-    """Return the squares of the searched area that a picture shows the top of; of its floor alone, if given."""
+    """Return the squares of the searched area whose top a picture shows; of its floor, if that is given."""
     points = picture.points()
     low, high = _searched_area(stands)
     x, y = points[:, :, 0], points[:, :, 1]
