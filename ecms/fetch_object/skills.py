@@ -189,6 +189,11 @@ def _grip(observed: Observation, pace: float, turn: float, aside: float = 0.0) -
 
     `aside` is from the middle of the object to that of the fingers' pads, along these, m.
     """
+    if not _is_located(observed):
+        # The other ways took so long that what the mast saw is too old.
+        observed = yield from _look(observed, pace)
+        if not _is_located(observed):
+            return observed
     yield act("grip", width=OPEN, force=GRIP_FORCE)
     yaw = _turned(observed["object_yaw"], turn)
     x, y, z = observed["object_position"]

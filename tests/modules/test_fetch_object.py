@@ -639,3 +639,13 @@ def test_a_grip_that_is_denied_is_tried_turned_then_beside_the_middle_then_from_
     assert yaws == pytest.approx([*grips * 3, pi, -pi / 2.0])
     assert [y for _, y in stations] == pytest.approx([2.4, 1.6])
     assert all(dist((x, y), (0.5, 2.0)) <= 0.62 for x, y in stations)
+
+
+def test_a_place_that_is_too_old_by_the_turn_of_a_grip_is_looked_at_again() -> None:
+    skills = runpy.run_module("ecms.fetch_object.skills")
+    observed = {"tool_position": (0.3, 0.0, 0.5), "base_position": (0.0, 0.0, 0.0), "holding": False}
+    body = skills["_grip"](observed, 0.45, 0.0)
+    asked = [next(body), body.send(observed)]
+    assert asked[-1].parameters == {"camera": "mast"}
+    with pytest.raises(StopIteration):
+        body.send(observed)
