@@ -156,4 +156,6 @@ def first_allowed(observed: Observation, *ways: Way) -> Generator[Action, Observ
             return (yield from way(observed))
         except ActionDenied as caught:
             denial, observed = caught, caught.observed
-    raise ValueError("no way is given") if denial is None else denial
+    if denial is None:
+        raise ValueError("no way is given")
+    raise ActionDenied(str(denial), denial.observed) from denial

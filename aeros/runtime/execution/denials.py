@@ -28,14 +28,15 @@ def offer_denial(step: ActiveStep, ending: SkillRunResult) -> SkillRunResult | N
 
 
 def denied_ending(step: ActiveStep, complaint: str = "") -> SkillRunResult:
-    """Return the ending of a step whose skill knows no other way.
-
-    It is the last denial of the gate, or if there is none what the plant could not do, with the causes of all
-    denials, so that a planner knows every way that was tried.
+    """Make the ending of a step whose skill knows no other way.
 
     Args:
         step: the step.
-        complaint: what to add to the reason.
+        complaint: text to add to the reason.
+
+    Returns:
+        The last denial of the gate, or if there is none what the plant could not do; with the causes of all
+        denials, so that a planner knows every way that was tried.
     """
     if not step.denials:
         return SkillRunResult(StepStatus.RAISED, "the skill raised `ActionDenied`, but nothing was denied")
