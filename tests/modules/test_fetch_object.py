@@ -587,7 +587,7 @@ def test_it_sees_how_a_can_lies() -> None:
     ],
     ids=["on a stand", "at the carriage", "blue", "too large"],
 )
-def test_what_is_no_can_on_the_floor_is_left_to_the_mast(top: Top) -> None:
+def test_the_mast_decides_about_all_but_a_can_on_the_floor(top: Top) -> None:
     found = from_above(top)
     assert "object_seen" not in found
     if top.colour == RED and top.z > 0.1:

@@ -46,7 +46,7 @@ def test_a_skill_that_is_denied_every_way_ends_with_the_reasons_of_all(make_benc
     bench.assert_cleaned_up(finished=False)
 
 
-def test_what_the_robot_cannot_do_counts_as_a_denied_way_too(
+def test_an_action_that_the_robot_cannot_do_counts_as_a_denied_way_too(
     make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench = make_bench(in_two_ways)
