@@ -68,8 +68,10 @@ def test_a_denial_that_may_pass_ends_the_step_without_another_way(
 
 def test_a_skill_that_raises_a_denial_which_never_was_has_a_mistake(make_bench: MakeBench) -> None:
     def liar(observed: Observation, inputs: Inputs) -> SkillBody:
-        raise ActionDenied("so I say", observed)
-        yield
+        denial = ActionDenied("so I say", observed)
+        if str(denial):
+            raise denial
+        yield act("move")
 
     assert make_bench(liar).submit() == StepResult(
         StepStatus.RAISED, "the skill raised `ActionDenied`, but nothing was denied"
