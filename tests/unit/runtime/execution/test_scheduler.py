@@ -295,10 +295,12 @@ def test_an_answer_may_take_no_longer_than_what_is_left_for_all(
     one = cart(reach=asking(move(), move()))
     resume = InProcessRun.resume
 
-    def timed(run: InProcessRun, observation: Observation, seconds: float) -> Action | SkillRunResult:
+    def timed(
+        run: InProcessRun, observation: Observation, seconds: float, denial: str
+    ) -> Action | SkillRunResult:
         offered.append(seconds)
         clock[0] += 4.0
-        return resume(run, observation, seconds)
+        return resume(run, observation, seconds, denial)
 
     monkeypatch.setattr(InProcessRun, "resume", timed)
     one.plant.durations = [7.0, 0.5]
