@@ -11,7 +11,7 @@ import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Final, TextIO
 
@@ -21,13 +21,16 @@ import pytest
 from tests.mutation.areas import Area
 from tests.mutation.forks import fork
 from tests.mutation.live import LiveFunctions
-from tests.mutation.mutants import CodeMutant
+from tests.mutation.mutants import CodeMutant, find_codes
 from tests.mutation.quick_reports import QuickReports
 from tests.mutation.reach import Reach
 from tests.mutation.results import KILLED, LATE, SAME, SURVIVED, AreaResults, Outcome
 
 _TOO_LONG: Final = 20
 """Seconds of the processor after which a test is not used."""
+
+_FEW: Final = 4
+"""Tests of whole cases that are tried before those of the unit's own test file."""
 
 _EVERY: Final = 20
 """Seconds between writes of the results."""
@@ -123,8 +126,10 @@ class Trials(QuickReports):
         killers = [test for test in self._killers[mutant.unit.key] if test in fit]
         mirror = f"test_{Path(file).stem}"
         about = [test for test in reaching if mirror in test]
+        codes = mutant.unit.codes()
+        showing = [test for test in reaching if codes & _expected_codes(test)] if codes else []
         chosen = [test for test in reaching if any(part in test for part in self._first)]
-        return list(dict.fromkeys([*chosen, *killers, *about, *reaching]))
+        return list(dict.fromkeys([*chosen, *killers, *showing[:_FEW], *about, *showing, *reaching]))
 
     def _try(self, mutant: CodeMutant, tests: Sequence[str], pipe: TextIO) -> None:
         self._live.install(mutant)
@@ -204,6 +209,14 @@ class Trials(QuickReports):
             lines = data.lines(path)
             if lines:
                 pipe.write(f"{Path(path).relative_to(Path.cwd())} {' '.join(map(str, lines))}\n")
+
+
+@cache
+def _expected_codes(test: str) -> frozenset[str]:
+    """Return the codes of messages in the file that a test on a folder compares with."""
+    file, _, case = test.removesuffix("]").partition("[")
+    expected = Path(file.partition("::")[0]).parent / case / "expected.txt"
+    return find_codes(expected.read_text("utf-8")) if expected.is_file() else frozenset()
 
 
 def _say(text: str) -> None:
