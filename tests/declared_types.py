@@ -8,7 +8,10 @@ from functools import cache
 from types import UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-_types_of = cache(get_type_hints)
+
+@cache
+def _types_of(kind: Any) -> dict[str, Any]:
+    return get_type_hints(kind)
 
 
 def mistyped_fields(value: Any) -> Iterator[str]:
@@ -20,7 +23,8 @@ def mistyped_fields(value: Any) -> Iterator[str]:
     Yields:
         The field with its value.
     """
-    for name, declared in _types_of(type(value)).items():
+    kind: Any = type(value)
+    for name, declared in _types_of(kind).items():
         if not _has_type(getattr(value, name), declared):
             yield f"{type(value).__name__}.{name} is {getattr(value, name)!r}"
 
