@@ -10,7 +10,6 @@ import __future__
 
 import ast
 import hashlib
-import re
 import textwrap
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -52,15 +51,6 @@ class Unit:
     def key(self) -> tuple[str, str]:
         """Name and digest, as results have them."""
         return f"{self.module}:{self.name}", self.digest
-
-    def codes(self) -> frozenset[str]:
-        """Return the codes of messages that the unit has."""
-        return find_codes(cst.Module([]).code_for_node(self.node))
-
-
-def find_codes(text: str) -> frozenset[str]:
-    """Return the codes of messages in a text, such as AE501."""
-    return frozenset(re.findall(r"\bAE\d{3}\b", text))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,11 +6,12 @@ No test has run in the process that forks, so nothing that one test keeps for an
 from __future__ import annotations
 
 import os
+import re
 import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Final, TextIO
@@ -21,7 +22,7 @@ import pytest
 from tests.mutation.areas import Area
 from tests.mutation.forks import fork
 from tests.mutation.live import LiveFunctions
-from tests.mutation.mutants import CodeMutant, find_codes
+from tests.mutation.mutants import CodeMutant
 from tests.mutation.quick_reports import QuickReports
 from tests.mutation.reach import Reach
 from tests.mutation.results import KILLED, LATE, SAME, SURVIVED, AreaResults, Outcome
@@ -126,8 +127,7 @@ class Trials(QuickReports):
         killers = [test for test in self._killers[mutant.unit.key] if test in fit]
         mirror = f"test_{Path(file).stem}"
         about = [test for test in reaching if mirror in test]
-        codes = mutant.unit.codes()
-        showing = [test for test in reaching if codes & _expected_codes(test)] if codes else []
+        showing = _cases_with(_words(file, *mutant.lines), reaching)
         chosen = [test for test in reaching if any(part in test for part in self._first)]
         return list(dict.fromkeys([*chosen, *killers, *showing[:_FEW], *about, *showing, *reaching]))
 
@@ -212,11 +212,25 @@ class Trials(QuickReports):
 
 
 @cache
-def _expected_codes(test: str) -> frozenset[str]:
-    """Return the codes of messages in the file that a test on a folder compares with."""
+def _words(file: str, first: int, last: int) -> frozenset[str]:
+    """Return the longer parts of the texts on these lines of a file, without what a format puts in."""
+    code = "\n".join(Path(file).read_text("utf-8").splitlines()[first - 1 : last])
+    texts = re.findall(r"\"((?:[^\"\\\n]|\\.)*)\"", code)
+    return frozenset(part.strip() for one in texts for part in re.split(r"\{.*?\}", one) if len(part) > 4)
+
+
+@cache
+def _expected_text(test: str) -> str:
+    """Return what a test on a folder compares with."""
     file, _, case = test.removesuffix("]").partition("[")
     expected = Path(file.partition("::")[0]).parent / case / "expected.txt"
-    return find_codes(expected.read_text("utf-8")) if expected.is_file() else frozenset()
+    return expected.read_text("utf-8") if expected.is_file() else ""
+
+
+def _cases_with(words: frozenset[str], tests: Iterable[str]) -> list[str]:
+    """Choose the tests that compare with some of these words, those with most of them first."""
+    counts = {test: sum(word in _expected_text(test) for word in words) for test in tests} if words else {}
+    return sorted((test for test, count in counts.items() if count), key=lambda test: -counts[test])
 
 
 def _say(text: str) -> None:

@@ -15,6 +15,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.obligations import models
 from aeros.spec.obligations.models import model_obligations
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
+from tests.reports_in_full import compare_with_file, shown
 from tests.unit.spec.backends.network.networks import TENT, content_of, random_layers
 
 CORPUS = Path(__file__).parents[3] / "corpus"
@@ -168,6 +169,44 @@ def test_each_change_of_a_file_or_an_interface_has_its_code(
         folder = Path(shutil.copytree(module, tmp_path / code))
         found = claims(folder, site, old, new).values()
         assert {one.diagnostic.code for one in found if one.diagnostic is not None} == {code}
+
+
+CHANGES = {
+    "another shape": ("shape: [1]}\n    outputs", "shape: [2]}\n    outputs"),
+    "another input": ("      x: {range: [0, 2]", "      z: {range: [0, 2]"),
+    "no network": ("file: tent.onnx", "file: patience.csv"),
+    "a narrower column": ("range: [0, 9000]", "range: [0, 7000]"),
+    "a bound of the table": ("upper: [2001]", "upper: [1999]"),
+    "a bound that units miss": ("upper: [2001]", "upper: [2000]"),
+    "a bound of the network": ("upper: [1.1]", "upper: [0.5]"),
+    "an open bound": ("        runtime_checked: true\n", ""),
+    "a needless check": ("then: {y: {upper: [1]}}", "then: {y: {upper: [1.2]}}"),
+}
+
+
+def test_the_reports_on_models_in_full(
+    module: Path, site: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(models, "marabou_version", lambda: None)
+    lines = []
+    for name, (old, new) in CHANGES.items():
+        folder = Path(shutil.copytree(module, tmp_path / name))
+        if name == "another input":
+            manifest = (folder / "ecm.yaml").read_text()
+            box = "given: {x: {lower: [0.5], upper: [1.5]}}"
+            (folder / "ecm.yaml").write_text(manifest.replace(box, "given: {}"))
+        lines += ["", f"# {name}"]
+        for claim in claims(folder, site, old, new).values():
+            lines += [str(claim.id), *shown(claim.diagnostic)] if claim.diagnostic else []
+    missing = Path(shutil.copytree(module, tmp_path / "missing"))
+    loaded = load_ecm(missing, site, Diagnostics())
+    assert loaded is not None
+    (missing / "tent.onnx").unlink()
+    (missing / "patience.csv").write_text("dirt,duration")
+    lines += ["", "# files that change after they were read"]
+    for claim in model_obligations(loaded.ecm):
+        lines += [str(claim.id), *shown(claim.diagnostic)] if claim.diagnostic else []
+    compare_with_file(Path(__file__).with_name("data") / "model_reports.txt", "\n".join(lines[1:]) + "\n")
 
 
 def test_a_file_that_changes_while_it_is_read_is_refused(

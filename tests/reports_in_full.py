@@ -1,0 +1,41 @@
+"""Diagnostics as text with all that they say, and files that tests compare with."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+
+
+def shown(diagnostic: Diagnostic) -> Iterator[str]:
+    """Write a diagnostic.
+
+    Args:
+        diagnostic: the diagnostic.
+
+    Yields:
+        Its lines; each label has the text that it underlines.
+    """
+    yield f"  {diagnostic.severity.value} {diagnostic.code} {diagnostic.headline}"
+    labels = [one for one in (diagnostic.primary, *diagnostic.secondary) if one is not None]
+    yield from (f"    {_underlined(one)}  <- {one.text}".rstrip() for one in labels)
+    for name in ("notes", "help"):
+        yield from (f"    {name}: {line}" for one in getattr(diagnostic, name) for line in one.split("\n"))
+
+
+def _underlined(label: SpanLabel) -> str:
+    span = label.span
+    first, *others = span.source.text[span.start : span.end].split("\n")
+    return f"{first} ..." if others else first
+
+
+def compare_with_file(path: Path, text: str) -> None:
+    """Compare a text with a file; with AEROS_UPDATE_GOLDEN=1 write the file again, and fail."""
+    if os.environ.get("AEROS_UPDATE_GOLDEN") == "1":
+        path.write_text(text, encoding="utf-8")
+        pytest.fail(f"{path.name} was rewritten: read the difference, then run without the variable")
+    assert text == path.read_text(encoding="utf-8")
