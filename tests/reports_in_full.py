@@ -39,3 +39,19 @@ def compare_with_file(path: Path, text: str) -> None:
         path.write_text(text, encoding="utf-8")
         pytest.fail(f"{path.name} was rewritten: read the difference, then run without the variable")
     assert text == path.read_text(encoding="utf-8")
+
+
+def compare_with_section(path: Path, title: str, text: str) -> None:
+    """Compare a text with the section of a file that has this title; otherwise as `compare_with_file`.
+
+    Args:
+        path: the file; each section begins with `=== ` and its title.
+        title: one line.
+        text: the text, whole lines.
+    """
+    parts = path.read_text(encoding="utf-8").split("=== ")[1:] if path.exists() else []
+    sections = {one: rest for one, _, rest in (part.partition("\n") for part in parts)}
+    if os.environ.get("AEROS_UPDATE_GOLDEN") == "1":
+        sections[title] = text
+        compare_with_file(path, "".join(f"=== {one}\n{rest}" for one, rest in sections.items()))
+    assert text == sections[title]
