@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -49,9 +50,14 @@ def compare_with_section(path: Path, title: str, text: str) -> None:
         title: one line.
         text: the text, whole lines.
     """
-    parts = path.read_text(encoding="utf-8").split("=== ")[1:] if path.exists() else []
-    sections = {one: rest for one, _, rest in (part.partition("\n") for part in parts)}
+    sections = _sections(path)
     if os.environ.get("AEROS_UPDATE_GOLDEN") == "1":
         sections[title] = text
         compare_with_file(path, "".join(f"=== {one}\n{rest}" for one, rest in sections.items()))
     assert text == sections[title]
+
+
+@cache
+def _sections(path: Path) -> dict[str, str]:
+    parts = path.read_text(encoding="utf-8").split("=== ")[1:] if path.exists() else []
+    return {title: rest for title, _, rest in (part.partition("\n") for part in parts)}
