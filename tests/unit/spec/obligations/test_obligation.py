@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
-from aeros.spec.diagnostics.codes import SpanLabel
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.model.rules import Conjunct
+from aeros.spec.obligations.composition import composition_obligations
+from aeros.spec.obligations.joint import joint_policy_obligations
 from aeros.spec.obligations.obligation import (
     LabelledConjunct,
+    Obligation,
     VariableSpace,
     label_conjuncts,
     rule_conjuncts,
 )
+from aeros.spec.obligations.permission import permission_obligations
+from aeros.spec.obligations.policy import policy_obligations
+from aeros.spec.obligations.safety import safety_obligations
+from tests.reports_in_full import compare_with_file, shown
 from tests.unit.agent.dumplings import STATE, term
-from tests.unit.spec.obligations.data.tidier import site
+from tests.unit.spec.obligations.data.tidier import module, site
 
 SPAN = Source("text", "0123456789").span(2, 5)
 
@@ -43,3 +54,32 @@ def test_the_conjuncts_of_rules_are_labelled_with_the_rule_that_requires_them() 
         ("required by `short-drive`", "distance_driven <= 1 m"),
     ]
     assert rule_conjuncts(rules, "nothing") == ()
+
+
+def lines_of(one: Obligation) -> Iterator[str]:
+    """Write an obligation with what its report would say, but for its formulas."""
+    yield f"{one.id}: {one.mode.value}, else {one.failure_verdict.value}"
+    yield from shown(Diagnostic(one.code, one.headline, one.primary, one.secondary, one.notes, one.help))
+    yield f"    over: {', '.join(one.space.by_name)}; {len(one.space.assumptions)} assumptions"
+    if one.runtime_checked_rule is not None:
+        yield f"    or at run time: {one.runtime_checked_rule}"
+    if one.clause is not None:
+        yield f"    from the envelope: {one.clause.text}"
+    yield from (f"    conjunct: {c.label.span.text}  <- {c.label.text}" for c in one.labelled_conjuncts)
+
+
+def test_two_claims_of_each_kind_in_full() -> None:
+    place, ecm = site(), module()
+    claims = [
+        *policy_obligations(place),
+        *joint_policy_obligations(place),
+        *permission_obligations(ecm, place),
+    ]
+    claims += [*safety_obligations(ecm, place), *composition_obligations(ecm, place)]
+    lines: list[str] = []
+    seen: Counter[str] = Counter()
+    for one in claims:
+        if isinstance(one, Obligation):
+            seen[one.id.form.value] += 1
+            lines += lines_of(one) if seen[one.id.form.value] <= 2 else ()
+    compare_with_file(Path(__file__).with_name("data") / "claims.txt", "\n".join(lines) + "\n")

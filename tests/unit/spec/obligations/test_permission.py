@@ -21,7 +21,7 @@ from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.verdicts import StaticClaim
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.text.site_layers import read_site
-from tests.unit.spec.obligations.data.tidier import Change, failed, module, site
+from tests.unit.spec.obligations.data.tidier import Change, compare_reports, failed, module, site
 
 GRANTED = "    actuators: [arm, turntable]\n    sensors: [panel, scanner, encoders, camera]\n"
 PERMITTED = "  actuators: [arm, turntable]\n  sensors: [camera, scanner, encoders]\n"
@@ -31,7 +31,9 @@ BLOCK = "    - {id: brush-lent, module: works_but_is_blocked, action: wipe"
 
 def faults(*changes: Change, at: tuple[Change, ...] = ()) -> dict[str, str]:
     place = site(*at)
-    found = failed(permission_obligations(module(*changes, at=place), place))
+    claims = list(permission_obligations(module(*changes, at=place), place))
+    compare_reports("permission_reports.txt", (*changes, *at), claims)
+    found = failed(claims)
     return {name.removeprefix("permission/"): code for name, code in found.items()}
 
 
