@@ -31,7 +31,8 @@ def shown(diagnostic: Diagnostic) -> Iterator[str]:
 def _underlined(label: SpanLabel) -> str:
     span = label.span
     first, *others = span.source.text[span.start : span.end].split("\n")
-    return f"{first} ..." if others else first
+    readable = "".join(one if one.isprintable() else f"U+{ord(one):04X}" for one in first)
+    return f"{readable} ..." if others else readable
 
 
 def compare_with_file(path: Path, text: str) -> None:

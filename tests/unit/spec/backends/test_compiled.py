@@ -217,7 +217,7 @@ def test_functions_of_the_same_source_share_no_code_and_another_source_is_not_ta
 
 def test_no_other_term_than_those_of_the_scalar_core_becomes_code() -> None:
     generator = compiled._CodeGenerator(_unit_ranges())
-    with pytest.raises(AssertionError, match="^not a core condition: "):
+    with pytest.raises(AssertionError, match=r"^not a core condition: "):
         generator.condition(t.Implies(t.TRUE, t.FALSE))
-    with pytest.raises(AssertionError, match="^not a core real: "):
+    with pytest.raises(AssertionError, match=r"^not a core real: "):
         generator._real(t.Not(t.TRUE))

@@ -124,9 +124,9 @@ def test_the_same_question_has_the_same_answer() -> None:
 
 def test_no_other_term_and_no_other_variable_than_those_of_the_scalar_core_is_encoded() -> None:
     for term in (t.Previously(A), t.Implies(A, A), t.Component(P, 0)):
-        with pytest.raises(AssertionError, match="^not in the scalar core: "):
+        with pytest.raises(AssertionError, match=r"^not in the scalar core: "):
             _session()._encode(term)
-    with pytest.raises(AssertionError, match="^not a scalar: "):
+    with pytest.raises(AssertionError, match=r"^not a scalar: "):
         SolverContext().constant(P)
 
 
