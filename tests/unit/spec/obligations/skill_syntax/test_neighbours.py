@@ -136,6 +136,6 @@ def test_files_are_executed_for_an_entry_and_together() -> None:
 
 
 def test_only_a_file_beside_the_importing_one_is_a_neighbour() -> None:
-    code = "from .legs import leg\nfrom .more.legs import leg\nfrom ..legs import leg\nfrom . import legs\nimport legs"
+    code = "from .legs import leg\nfrom .more.legs import leg\nfrom ..legs import leg\nfrom . import legs"
     (found,) = neighbour_imports(ast.parse(f"{code}\nfrom legs import leg"))
     assert (found.path, found.alias.name) == ("legs.py", "leg")
