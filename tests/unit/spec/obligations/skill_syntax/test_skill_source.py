@@ -68,6 +68,20 @@ def test_a_syntax_error_is_marked_at_the_place_that_python_names(code: str, line
     assert (found.primary.span.line, found.primary.span.text) == (line, marked)
 
 
+@pytest.mark.parametrize("prefix", ["f", "F", "rf", "Fr"])
+@pytest.mark.parametrize("quote", ["'", '"', '"""'])
+def test_a_name_in_a_formatted_text_is_written_in_ascii(prefix: str, quote: str) -> None:
+    with pytest.raises(UnreadableCodeError, match=r"the name `ｌ.*` is not written in ASCII") as raised:
+        SkillFile("skills.py", f"x = {prefix}{quote}{{ｌｅｎ}}{quote}\n".encode())
+    assert raised.value.diagnostic.code == "AE134"
+
+
+@pytest.mark.parametrize("quote", ["'", '"', '"""'])
+def test_a_text_may_begin_with_the_letter_of_a_format(quote: str) -> None:
+    code = f"x = {quote}fｌ{quote}\n"
+    assert SkillFile("skills.py", code.encode()).source.text == code
+
+
 @pytest.mark.parametrize(
     "content", [b"", b"\n\n# coding: latin-1\n", b"x = 'coding: latin-1'\n", "x = 'é'".encode()]
 )
