@@ -22,6 +22,18 @@ def anywhere(_: Vec3) -> bool:
     return True
 
 
+class Offered:
+    """Notes the places that may be on a way, and allows each."""
+
+    def __init__(self) -> None:
+        self.places: list[Vec3] = []
+
+    def __call__(self, place: Vec3) -> bool:
+        """Note a place."""
+        self.places.append(place)
+        return True
+
+
 def clear(way: Sequence[Vec3]) -> int | None:
     return None
 
@@ -140,31 +152,24 @@ def test_a_base_passes_an_obstacle_at_exactly_the_least_distance(side: float) ->
     assert along is not None
     assert all(x == beside for x, _, _ in along), "along its side"
     at_its_side = (beside, 1.0, 0.0)
-    offered: list[Vec3] = []
-    find_base_detour(
-        start, (side * 2.0, 1.0, 0.0), [blocked], lambda place: offered.append(place) is None, clear
-    )
-    assert at_its_side in offered
+    offered = Offered()
+    find_base_detour(start, (side * 2.0, 1.0, 0.0), [blocked], offered, clear)
+    assert at_its_side in offered.places
     turned = find_base_detour((side * 2.0, 0.0, 0.0), at_its_side, [blocked], anywhere, clear)
     assert turned is not None
     assert [y for _, y, _ in turned] == [1.0, 1.0], "straight up to its side"
 
 
 def test_places_at_exactly_the_least_distance_from_each_other_are_apart() -> None:
-    offered: list[Vec3] = []
-    ends = (0.0, -2.0, 0.0), (0.04, -2.0, 0.0)
-    find_base_detour(*ends, [WALL], lambda place: offered.append(place) is None, clear)
-    assert [x for x, y, _ in offered if y == WALL.upper[1] + 0.15][:2] == [0.0, 0.04]
+    offered = Offered()
+    find_base_detour((0.0, -2.0, 0.0), (0.04, -2.0, 0.0), [WALL], offered, clear)
+    assert [x for x, y, _ in offered.places if y == WALL.upper[1] + 0.15][:2] == [0.0, 0.04]
 
 
 def test_the_places_of_a_way_are_around_the_obstacle_over_it_and_near_the_base() -> None:
-    offered: list[Vec3] = []
-
-    def note(place: Vec3) -> bool:
-        offered.append(place)
-        return True
-
-    found(is_allowed=note)
+    places = Offered()
+    found(is_allowed=places)
+    offered = places.places
     # Heights of the ends, over the base, and over the top of the obstacle.
     heights = sorted({z for _, _, z in offered})
     assert heights == pytest.approx([0.25, 0.36, 0.45, 0.56, 0.7])
@@ -187,13 +192,9 @@ def test_the_places_of_a_way_are_around_the_obstacle_over_it_and_near_the_base()
     assert all(dist(one, other) >= 0.04 for one, other in combinations(columns, 2))
 
 
-def offered_places() -> list[Vec3]:
-    offered: list[Vec3] = []
-    found(is_allowed=lambda place: offered.append(place) is not None)
-    return offered
-
-
-OFFERED = offered_places()
+ALL = Offered()
+found(is_allowed=ALL)
+OFFERED = ALL.places
 
 
 def passes_near(one: Vec3, other: Vec3) -> bool:
