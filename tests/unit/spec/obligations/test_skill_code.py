@@ -265,7 +265,7 @@ def test_an_encoding_that_python_does_not_look_for_is_a_comment(loaded: tuple[Ec
     assert _faults(loaded, f"#\n#\n# coding: nonsense\n{HEAD}{GRIP}") == set()
 
 
-def test_each_of_several_files_is_judged_whatever_is_before_it(loaded: tuple[Ecm, Site]) -> None:
+def test_each_of_several_files_is_judged(loaded: tuple[Ecm, Site]) -> None:
     ecm, site = loaded
     drives = HEAD + "def wipe(o, i):\n    yield act('move_base', x=0.0, y=0.0, speed=0.1)\n"
     given = {
