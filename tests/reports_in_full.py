@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+from aeros.spec.obligations.obligation import Obligation
+from aeros.spec.obligations.verdicts import StaticClaim
 
 
 def shown(diagnostic: Diagnostic) -> Iterator[str]:
@@ -26,6 +28,31 @@ def shown(diagnostic: Diagnostic) -> Iterator[str]:
     yield from (f"    {_underlined(one)}  <- {one.text}".rstrip() for one in labels)
     for name in ("notes", "help"):
         yield from (f"    {name}: {line}" for one in getattr(diagnostic, name) for line in one.split("\n"))
+
+
+def claim_lines(claim: Obligation | StaticClaim) -> Iterator[str]:
+    """Write a claim with what its report would say, but for its formulas.
+
+    Args:
+        claim: the claim.
+
+    Yields:
+        Its lines; none of a claim that is settled without a report.
+    """
+    if isinstance(claim, StaticClaim):
+        if claim.diagnostic is not None:
+            yield str(claim.id)
+            yield from shown(claim.diagnostic)
+        return
+    one = claim
+    yield f"{one.id}: {one.mode.value}, else {one.failure_verdict.value}"
+    yield from shown(Diagnostic(one.code, one.headline, one.primary, one.secondary, one.notes, one.help))
+    yield f"    over: {', '.join(one.space.by_name)}; {len(one.space.assumptions)} assumptions"
+    if one.runtime_checked_rule is not None:
+        yield f"    or at run time: {one.runtime_checked_rule}"
+    if one.clause is not None:
+        yield f"    from the envelope: {one.clause.text}"
+    yield from (f"    conjunct: {c.label.span.text}  <- {c.label.text}" for c in one.labelled_conjuncts)
 
 
 def _underlined(label: SpanLabel) -> str:

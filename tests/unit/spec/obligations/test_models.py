@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import shutil
 from collections import Counter
-from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -16,7 +15,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.obligations import models
 from aeros.spec.obligations.models import model_obligations
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
-from tests.reports_in_full import compare_with_file, shown
+from tests.reports_in_full import claim_lines, compare_with_file
 from tests.unit.spec.backends.network.networks import TENT, content_of, random_layers
 
 CORPUS = Path(__file__).parents[3] / "corpus"
@@ -101,11 +100,6 @@ CHANGES = {
 }
 
 
-def reports(found: Iterable[StaticClaim]) -> list[str]:
-    texts = ((str(one.id), *shown(one.diagnostic)) for one in found if one.diagnostic is not None)
-    return [line for text in texts for line in text]
-
-
 def test_the_reports_on_models_in_full(
     module: Path, site: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -120,14 +114,14 @@ def test_the_reports_on_models_in_full(
         lines += ["", f"# {name}"]
         found = claims(folder, site, old, new).values()
         assert {one.diagnostic.code for one in found if one.diagnostic is not None} == {code}
-        lines += reports(found)
+        lines += [line for one in found for line in claim_lines(one)]
     missing = Path(shutil.copytree(module, tmp_path / "missing"))
     loaded = load_ecm(missing, site, Diagnostics())
     assert loaded is not None
     (missing / "tent.onnx").unlink()
     (missing / "patience.csv").write_text("dirt,duration")
     lines += ["", "# files that change after they were read"]
-    lines += reports(model_obligations(loaded.ecm))
+    lines += [line for one in model_obligations(loaded.ecm) for line in claim_lines(one)]
     compare_with_file(Path(__file__).with_name("data") / "model_reports.txt", "\n".join(lines[1:]) + "\n")
 
 

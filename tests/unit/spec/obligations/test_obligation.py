@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 
-from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.model.rules import Conjunct
@@ -22,7 +21,7 @@ from aeros.spec.obligations.obligation import (
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
 from aeros.spec.obligations.safety import safety_obligations
-from tests.reports_in_full import compare_with_file, shown
+from tests.reports_in_full import claim_lines, compare_with_file
 from tests.unit.agent.dumplings import STATE, term
 from tests.unit.spec.obligations.data.tidier import module, site
 
@@ -56,18 +55,6 @@ def test_the_conjuncts_of_rules_are_labelled_with_the_rule_that_requires_them() 
     assert rule_conjuncts(rules, "nothing") == ()
 
 
-def lines_of(one: Obligation) -> Iterator[str]:
-    """Write an obligation with what its report would say, but for its formulas."""
-    yield f"{one.id}: {one.mode.value}, else {one.failure_verdict.value}"
-    yield from shown(Diagnostic(one.code, one.headline, one.primary, one.secondary, one.notes, one.help))
-    yield f"    over: {', '.join(one.space.by_name)}; {len(one.space.assumptions)} assumptions"
-    if one.runtime_checked_rule is not None:
-        yield f"    or at run time: {one.runtime_checked_rule}"
-    if one.clause is not None:
-        yield f"    from the envelope: {one.clause.text}"
-    yield from (f"    conjunct: {c.label.span.text}  <- {c.label.text}" for c in one.labelled_conjuncts)
-
-
 def test_two_claims_of_each_kind_in_full() -> None:
     place, ecm = site(), module()
     claims = [
@@ -81,5 +68,5 @@ def test_two_claims_of_each_kind_in_full() -> None:
     for one in claims:
         if isinstance(one, Obligation):
             seen[one.id.form.value] += 1
-            lines += lines_of(one) if seen[one.id.form.value] <= 2 else ()
+            lines += claim_lines(one) if seen[one.id.form.value] <= 2 else ()
     compare_with_file(Path(__file__).with_name("data") / "claims.txt", "\n".join(lines) + "\n")

@@ -15,7 +15,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from aeros.spec.verification.discharge import discharge_obligations
-from tests.reports_in_full import compare_with_section, shown
+from tests.reports_in_full import claim_lines, compare_with_section
 
 TABLE = (Path(__file__).parents[4] / "corpus" / "site" / "table.yaml").read_text(encoding="utf-8")
 _MANIFEST = Path(__file__).with_name("tidier.yaml").read_text(encoding="utf-8")
@@ -62,12 +62,7 @@ def compare_reports(file: str, title: object, claims: Iterable[Obligation | Stat
         title: object whose text is the title of the section.
         claims: the claims; others are left out.
     """
-    lines = [
-        line
-        for one in claims
-        if isinstance(one, StaticClaim) and one.diagnostic is not None
-        for line in (str(one.id), *shown(one.diagnostic))
-    ]
+    lines = [line for one in claims if isinstance(one, StaticClaim) for line in claim_lines(one)]
     if lines:
         compare_with_section(Path(__file__).with_name(file), repr(title), "\n".join(lines) + "\n")
 
