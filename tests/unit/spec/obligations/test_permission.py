@@ -6,7 +6,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
@@ -155,6 +156,20 @@ def test_access_to_channels_and_computing_devices_must_be_granted_too() -> None:
     device = ("\nresources: {arm: 1", "\ncompute: {gpu: /dev/nvidia0}\n\nresources: {arm: 1")
     assert faults(asked, at=(granted, device)) == {}
     assert faults(asked) == {"access/channels": "AE404", "access/compute": "AE404"}
+
+
+def test_an_action_that_uses_a_channel_needs_a_permission_for_it() -> None:
+    asked = (PERMITTED, f"{PERMITTED}  channels: [announcements]\n")
+    place = site((GRANTED, f"{GRANTED}    channels: [announcements]\n"))
+    waiting = replace(place.kinds["wait"], tool=cast("Any", SimpleNamespace(channel="announcements")))
+    heard = replace(place, kinds={**place.kinds, "wait": waiting})
+    claims = list(permission_obligations(module(at=place), heard))
+    compare_reports("permission_reports.txt", "a channel", claims)
+    channels = {"permission/weigh/wait/channels": "AE411", "permission/spend/wait/channels": "AE411"}
+    assert failed(claims) == channels
+    permitted = {str(one.id) for one in permission_obligations(module(asked, at=place), heard)}
+    assert permitted >= channels.keys()
+    assert failed(permission_obligations(module(asked, at=place), heard)) == {}
 
 
 def test_a_refusal_names_all_that_is_missing_in_order() -> None:
