@@ -11,7 +11,7 @@ from math import inf
 from typing import Any, Final
 
 from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
-from aeros.runtime.execution.denials import denied_ending, offer_denial
+from aeros.runtime.execution.denials import denial_words, denied_ending, offer_denial
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.execution.prepare import check_result_outputs
 from aeros.runtime.execution.step import (
@@ -133,7 +133,7 @@ class StepControl:
         observation = step.observation_filter.observe(self._plant.observe(), self._plant.now())
         budget = max(timeout, MIN_ANSWER_BUDGET_S)
         began = time.monotonic()
-        denial, step.is_denial_open = step.denials[-1].reason if step.is_denial_open else "", False
+        denial, step.is_denial_open = denial_words(step), False
         response = step.run.resume(
             observation, min(step.deadline - self._plant.now(), budget - step.answer_time), denial
         )
