@@ -31,7 +31,7 @@ def offer_denial(step: ActiveStep, ending: SkillRunResult) -> SkillRunResult | N
     step.pending_legs.clear()
     if len(step.denials) >= MAX_DENIALS:
         return denied_ending(step, f"; {MAX_DENIALS} denials, the most in one step")
-    step.is_denial_open = True
+    step.is_denial_open = step.is_held_back = True
     return None
 
 

@@ -49,6 +49,12 @@ Otherwise it has as long as its timeout.  A simulator's clock stands still while
 the timeout alone would not end a skill that is slow each time.
 """
 
+_HELD_BACK_S: Final = 0.02
+"""Time for which motions of others go on before a skill that was denied acts again, plant seconds.
+
+Otherwise they would go on unmonitored for as long as its denials take to decide.
+"""
+
 _POLL_INTERVAL_S: Final = 0.01
 """Poll interval while the operator pauses, s."""
 
@@ -389,7 +395,12 @@ class Scheduler:
         self._begin_ready_steps()
         due = next((handle for handle, step in self._steps.items() if step.is_due), None)
         if due is not None and not self._control.actions_are_paused():
-            ending = self._control.run_skill(self._steps[due])
+            step = self._steps[due]
+            is_held_back, step.is_held_back = step.is_held_back, False
+            if is_held_back and self._table.is_moving():
+                self._advance_plant(min(until, self._plant.now() + _HELD_BACK_S))
+                return False
+            ending = self._control.run_skill(step)
             if ending is not None:
                 self._clean_up.halt_step(due, ending)
         elif self._table.is_moving():
