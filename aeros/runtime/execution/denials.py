@@ -36,18 +36,16 @@ def offer_denial(step: ActiveStep, ending: SkillRunResult) -> SkillRunResult | N
 
 
 def denial_words(step: ActiveStep) -> str:
-    """Return what a skill may know of its last denial, which it has not been given yet.
+    """Return what a skill may know of its last denial.
 
     Measured values are left out: the rules may read what the module may not sense.
 
     Args:
-        step: the step.
+        step: the step; it has been denied.
 
     Returns:
-        Codes and rules, or the first words of the plant; empty if there is no such denial.
+        Codes and rules, or the first words of the plant; never empty.
     """
-    if not step.is_denial_open:
-        return ""
     last = step.denials[-1]
     return " and ".join(f"{cause.code} {cause.rule}" for cause in last.causes) or _short_reason(last)
 

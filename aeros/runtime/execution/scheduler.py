@@ -139,7 +139,7 @@ class StepControl:
         observation = step.observation_filter.observe(self._plant.observe(), self._plant.now())
         budget = max(timeout, MIN_ANSWER_BUDGET_S)
         began = time.monotonic()
-        denial, step.is_denial_open = denial_words(step), False
+        denial, step.is_denial_open = denial_words(step) if step.is_denial_open else "", False
         response = step.run.resume(
             observation, min(step.deadline - self._plant.now(), budget - step.answer_time), denial
         )
