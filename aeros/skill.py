@@ -113,10 +113,11 @@ def act(kind: str, **parameters: Any) -> Action:
 
 
 class ActionDenied(Exception):  # noqa: N818  as `GeneratorExit`, it says what happened
-    """The gate denied an action for good, or the robot cannot do it, as it is out of reach; nothing moved.
+    """The gate denied an action for good, or the robot cannot do it, as it is out of reach.
 
-    A denial that may pass by waiting, as with a person nearby, is no such one: it ends the skill, and the
-    agent asks again later.
+    Nothing moved, unless the robot was on a way round an obstacle: then it stands where that broke off. The
+    text names the rules, and no measured values. A denial that may pass by waiting, as with a person nearby,
+    is no such one: it ends the skill, and the agent asks again later.
 
     Attributes:
         observed: values measured after the denial, as an action would have returned them.

@@ -273,11 +273,18 @@ def find_object(view: View) -> Perception:
                 if picture is None or picture.time <= newest:
                     continue
                 if name == "aisle_top":
-                    found = {} if is_seen else _look_from_above(picture, kind, stands, view.readings)
+                    if is_seen and seen_above is None:
+                        continue
+                    found = _look_from_above(picture, kind, stands, view.readings)
                     if not found:
-                        if not is_seen and not _has_colour(picture, kind, stands, view.readings):
-                            floor = view.readings["base_position"][2] - FLOOR_BELOW
-                            looked |= dict.fromkeys(_cells(picture, stands, floor), picture.time)
+                        if _has_colour(picture, kind, stands, view.readings):
+                            continue
+                        if seen_above is not None and _shows(picture, seen_above[0]):
+                            is_seen, seen_above = False, None
+                            known["object_seen"] = estimate(False, time=picture.time)
+                        if not is_seen:
+                            cells = _floor_cells(picture, kind, stands, view.readings)
+                            looked |= dict.fromkeys(cells, picture.time)
                             known |= _searched(looked, picture.time, stands)
                         continue
                     seen_above = found["object_position"]
@@ -535,18 +542,28 @@ def _look_from_above(
 
 
 def _has_colour(picture: Picture, kind: Kind, stands: Points, given: Mapping[str, Any]) -> bool:
-    """Check that a picture may show the object, anywhere near the stands; True while the base is unknown."""
+    """Check that a picture may show the object, anywhere near the stands; True while the base is unknown.
+
+    At the carriage, too, which hides no colour but grey.
+    """
     if "base_position" not in given:
         return True
     points = picture.points()
     mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
-    return int((mask & _is_off_robot(points, given)).sum()) >= MIN_FROM_ABOVE
+    if _is_grey(kind):
+        mask &= _is_off_robot(points, given)
+    return int(mask.sum()) >= MIN_FROM_ABOVE
+
+
+def _is_grey(kind: Kind) -> bool:
+    return max(kind.colour) - min(kind.colour) < GREYISH * max(kind.colour)
 
 
 def _shows(picture: Picture, place: Place) -> bool:
-    """Check that a picture shows what is at a place."""
+    """Check that a picture shows what is at a place, or below it where it is gone."""
     points = picture.points()
-    return bool((np.linalg.norm(points - np.array(place), axis=2) < SHOWN_WITHIN).any())
+    near = np.hypot(points[:, :, 0] - place[0], points[:, :, 1] - place[1]) < SHOWN_WITHIN
+    return bool((near & (points[:, :, 2] < place[2] + SHOWN_WITHIN)).any())
 
 
 def _find_kind(
@@ -557,7 +574,7 @@ def _find_kind(
     Robot, carriage and floor are grey, so what is on them counts for no grey object.
     """
     mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
-    if max(kind.colour) - min(kind.colour) < GREYISH * max(kind.colour):
+    if _is_grey(kind):
         mask &= _is_off_robot(points, given)
     parts = sorted(separate_parts(mask, MIN_PIXELS), key=np.count_nonzero, reverse=True)
     for part in parts:
@@ -643,14 +660,29 @@ def _searched(looked: Mapping[tuple[int, int], float], time: float, stands: Poin
     }
 
 
-def _cells(picture: Picture, stands: Points, floor: float | None = None) -> set[tuple[int, int]]:
-    """Return the squares of the searched area whose top a picture shows; of its floor, if that is given."""
-    points = picture.points()
+def _cells(picture: Picture, stands: Points) -> set[tuple[int, int]]:
+    """Return the squares of the searched area whose top a picture shows."""
+    return _squares(picture.points().reshape(-1, 3), stands)
+
+
+def _floor_cells(
+    picture: Picture, kind: Kind, stands: Points, given: Mapping[str, Any]
+) -> set[tuple[int, int]]:
+    """Return the squares whose floor a picture shows; of a grey object only those off the grey robot."""
+    x, y, z = given["base_position"]
+    points = picture.points().reshape(-1, 3)
+    low = points[points[:, 2] < z - FLOOR_BELOW + ON_FLOOR[1]]
+    if _is_grey(kind):
+        u, v = given.get("tool_position", (x, y, z))[:2]
+        low = low[np.hypot(low[:, 0] - x, low[:, 1] - y) > CARRIAGE_RADIUS]
+        low = low[np.hypot(low[:, 0] - u, low[:, 1] - v) > HAND_RADIUS]
+    return _squares(low, stands)
+
+
+def _squares(points: Points, stands: Points) -> set[tuple[int, int]]:
+    """Return the squares of the searched area that points (n, 3) are in."""
     low, high = _searched_area(stands)
-    x, y = points[:, :, 0], points[:, :, 1]
-    inside = (low[0] < x) & (x < high[0]) & (low[1] < y) & (y < high[1])
-    if floor is not None:
-        inside &= points[:, :, 2] < floor + ON_FLOOR[1]
+    inside = ((low < points[:, :2]) & (points[:, :2] < high)).all(axis=1)
     cells = ((points[inside][:, :2] - low) / SEARCH_CELL).astype(np.intp)
     return {(row[0], row[1]) for row in np.unique(cells, axis=0).tolist()}
 

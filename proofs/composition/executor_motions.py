@@ -194,6 +194,7 @@ def _step(steps: Any, name: str, moves: bool, ask: DecideBranch) -> Any:
         is_transient=False,
         denials=[],
         is_denial_open=False,
+        is_held_back=False,
         decision_counts=steps.Counter(),
         close_skill=lambda: None,
     )

@@ -243,6 +243,7 @@ def _beginning(code: ModuleSource) -> TheoremObligation:
             is_transient=False,
             denials=[],
             is_denial_open=False,
+            is_held_back=False,
             active_motion=None,
         )
         ending = scheduler.StepControl(context, clean_up)._decide_and_begin(step, _ASKED)

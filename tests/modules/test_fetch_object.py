@@ -18,6 +18,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
+from ecms.fetch_object import perceivers
 from tests.modules.looking import GREY, Put, Top, Watched, as_picture, draw
 
 ABOVE = Camera(eye=(0.5, 0.1, 1.5), target=(0.5, 0.1, 0.0), up=(1.0, 0.0, 0.0), field_of_view=40.0)
@@ -590,7 +591,7 @@ def test_it_sees_how_a_can_lies() -> None:
 def test_the_mast_decides_about_all_but_a_can_on_the_floor(top: Top) -> None:
     found = from_above(top)
     assert "object_seen" not in found
-    if top.colour == RED and top.z > 0.1:
+    if top.colour == RED:
         assert found == {}, "what may be the can counts for no look either"
 
 
@@ -601,6 +602,29 @@ def test_a_mast_that_does_not_show_the_place_takes_no_can_away_and_one_that_show
     assert watched.see(1.0, draw(aside, [], name="mast", time=1.0))["object_seen"] is True
     there = replace(ABOVE, eye=(0.3, -0.9, 1.5), target=(0.3, -0.9, 0.0))
     assert watched.see(2.0, draw(there, [], name="mast", time=2.0))["object_seen"] is False
+
+
+def test_a_can_that_only_the_camera_over_the_aisle_saw_is_looked_for_there_again() -> None:
+    watched = Watched("fetch_object", "find_object", {**WANTED, **SURVEY, **BASE})
+    for time, tops in enumerate(([ON_FLOOR], [ON_FLOOR._replace(y=-1.2)], [])):
+        found = watched.see(float(time), draw(OVER_AISLE, tops, name="aisle_top", time=time, ground=GREY))
+        assert found["object_seen"] is bool(tops)
+        if tops:
+            assert found["object_position"] == pytest.approx((0.3, tops[0].y, 0.04), abs=0.012)
+            assert found["object_searched"] == 0.0
+    assert found["object_searched"] > 0.1
+
+
+def test_grey_floor_at_the_robot_counts_as_searched_for_no_grey_object() -> None:
+    picture = draw(OVER_AISLE, [], name="aisle_top", ground=GREY)
+    stands = np.array([place[:2] for place in SURVEY.values()])
+    red, grey = (
+        perceivers.Kind("cylinder", (0.02, 0.08), RED),
+        perceivers.Kind("cylinder", (0.02, 0.08), GREY),
+    )
+    given = {"base_position": (0.1, -0.9, 0.3), "tool_position": (0.5, -0.9, 0.6)}
+    cells = [perceivers._floor_cells(picture, kind, stands, given) for kind in (red, grey)]
+    assert cells[1] < cells[0]
 
 
 @pytest.mark.parametrize("x", [-0.45, -0.2])

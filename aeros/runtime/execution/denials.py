@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import Final
 
 from aeros.runtime.execution.step import ActiveStep
 from aeros.runtime.ports import StepStatus
 from aeros.runtime.skills.in_process_run import SkillRunResult
+
+MAX_DENIALS: Final = 50
+"""Denials for good in one step, after which it ends: no time passes between them, and each takes a decision
+and perhaps a search for a way round."""
 
 
 def offer_denial(step: ActiveStep, ending: SkillRunResult) -> SkillRunResult | None:
@@ -17,14 +22,32 @@ def offer_denial(step: ActiveStep, ending: SkillRunResult) -> SkillRunResult | N
         ending: how it ends if its skill does not ask for another action: denied, or stopped by the plant.
 
     Returns:
-        The ending; None if the skill may ask for another action in its next turn.
+        The ending; None if the skill may ask for another action in its next turn, as it has been denied less
+        than `MAX_DENIALS` times.
     """
     if ending.status is StepStatus.DENIED and step.is_transient:
         return ending
     step.denials.append(ending)
     step.pending_legs.clear()
-    step.is_denial_open = True
+    if len(step.denials) >= MAX_DENIALS:
+        return denied_ending(step, f"; {MAX_DENIALS} denials, the most in one step")
+    step.is_denial_open = step.is_held_back = True
     return None
+
+
+def denial_words(step: ActiveStep) -> str:
+    """Return what a skill may know of its last denial.
+
+    Measured values are left out: the rules may read what the module may not sense.
+
+    Args:
+        step: the step; it has been denied.
+
+    Returns:
+        Codes and rules, or the first words of the plant; never empty.
+    """
+    last = step.denials[-1]
+    return " and ".join(f"{cause.code} {cause.rule}" for cause in last.causes) or _short_reason(last)
 
 
 def denied_ending(step: ActiveStep, complaint: str = "") -> SkillRunResult:
@@ -51,4 +74,4 @@ def denied_ending(step: ActiveStep, complaint: str = "") -> SkillRunResult:
 
 def _short_reason(ending: SkillRunResult) -> str:
     """Return the rules of a denial, or the first words of another reason."""
-    return " and ".join(cause.rule for cause in ending.causes) or ending.reason.partition(":")[0]
+    return " and ".join(cause.rule for cause in ending.causes) or ending.reason.partition(":")[0] or "denied"

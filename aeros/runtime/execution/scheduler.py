@@ -11,7 +11,7 @@ from math import inf
 from typing import Any, Final
 
 from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
-from aeros.runtime.execution.denials import denied_ending, offer_denial
+from aeros.runtime.execution.denials import denial_words, denied_ending, offer_denial
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.execution.prepare import check_result_outputs
 from aeros.runtime.execution.step import (
@@ -47,6 +47,12 @@ MIN_ANSWER_BUDGET_S: Final = 10.0
 
 Otherwise it has as long as its timeout.  A simulator's clock stands still while a skill computes, so that
 the timeout alone would not end a skill that is slow each time.
+"""
+
+_HELD_BACK_S: Final = 0.02
+"""Time for which motions of others go on before a skill that was denied acts again, plant seconds.
+
+Otherwise they would go on unmonitored for as long as its denials take to decide.
 """
 
 _POLL_INTERVAL_S: Final = 0.01
@@ -133,7 +139,7 @@ class StepControl:
         observation = step.observation_filter.observe(self._plant.observe(), self._plant.now())
         budget = max(timeout, MIN_ANSWER_BUDGET_S)
         began = time.monotonic()
-        denial, step.is_denial_open = step.denials[-1].reason if step.is_denial_open else "", False
+        denial, step.is_denial_open = denial_words(step) if step.is_denial_open else "", False
         response = step.run.resume(
             observation, min(step.deadline - self._plant.now(), budget - step.answer_time), denial
         )
@@ -389,7 +395,12 @@ class Scheduler:
         self._begin_ready_steps()
         due = next((handle for handle, step in self._steps.items() if step.is_due), None)
         if due is not None and not self._control.actions_are_paused():
-            ending = self._control.run_skill(self._steps[due])
+            step = self._steps[due]
+            is_held_back, step.is_held_back = step.is_held_back, False
+            if is_held_back and self._table.is_moving():
+                self._advance_plant(min(until, self._plant.now() + _HELD_BACK_S))
+                return False
+            ending = self._control.run_skill(step)
             if ending is not None:
                 self._clean_up.halt_step(due, ending)
         elif self._table.is_moving():

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import pytest
 
 from aeros.runtime.execution import scheduler as module
+from aeros.runtime.execution.denials import MAX_DENIALS
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.runtime.ports import MotionCompletion, StepResult, StepStatus
 from aeros.skill import ActionDenied, Inputs, Observation, SkillBody, act, first_allowed
+from aeros.spec.expr.shortfall import UnmetBound
+from aeros.spec.model.cause import Cause
 from tests.unit.runtime.one_step import DENIAL, MakeBench
 
 FINISHED = StepStatus.FINISHED
@@ -76,3 +80,39 @@ def test_a_skill_that_raises_a_denial_which_never_was_has_a_mistake(make_bench: 
     assert make_bench(liar).submit() == StepResult(
         StepStatus.RAISED, "the skill raised `ActionDenied`, but nothing was denied"
     )
+
+
+def test_a_skill_that_goes_on_after_every_denial_is_ended(make_bench: MakeBench) -> None:
+    def stubborn(observed: Observation, inputs: Inputs) -> SkillBody:
+        while True:
+            with suppress(ActionDenied):
+                yield act("move")
+
+    bench = make_bench(stubborn)
+    bench.gate.answers = [DENIAL] * (2 * MAX_DENIALS)
+    result = bench.submit()
+    assert (result.status, result.denied) == (StepStatus.DENIED, MAX_DENIALS)
+    assert result.reason.endswith(f"{MAX_DENIALS} denials, the most in one step")
+    assert len(bench.records("decision")) == MAX_DENIALS
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_denial_names_rules_to_the_skill_and_no_values_that_it_may_not_sense(
+    make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    part = UnmetBound("human_distance", 0.41, "at least", 0.5, "m")
+    causes = (Cause("rule", "separation", "", shortfalls=(part,), code="AE750"),)
+    asked = list[str]()
+
+    def curious(observed: Observation, inputs: Inputs) -> SkillBody:
+        try:
+            yield act("move")
+        except ActionDenied as denied:
+            asked.append(str(denied))
+            raise
+
+    monkeypatch.setattr("aeros.runtime.execution.decision_pipeline.denial_causes", lambda *_: causes)
+    bench = make_bench(curious)
+    bench.gate.answers = [DENIAL]
+    assert "0.41" in bench.submit().reason
+    assert asked == ["AE750 separation"]
