@@ -51,8 +51,7 @@ def things_of(site: Site) -> list[SceneThing]:
     return [
         _thing(name, one)
         for name in places
-        if (one := site.state[name]).occupies is not None
-        or re.split(r"[._]", name)[-1] in _PLACE_NAMES
+        if (one := site.state[name]).occupies is not None or re.split(r"[._]", name)[-1] in _PLACE_NAMES
     ]
 
 
