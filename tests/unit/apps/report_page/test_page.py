@@ -162,7 +162,7 @@ def test_a_task_that_has_no_end_does_not_get_that_of_the_one_before(tmp_path: Pa
         assert f"do this, then that: {shown}" in re.sub("<.*?>", "", headline)
 
 
-def test_what_broke_a_rule_all_the_time_is_not_folded(tmp_path: Path) -> None:
+def test_a_quantity_that_broke_a_rule_all_the_time_is_not_folded(tmp_path: Path) -> None:
     site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     session = {"configuration": "s", "site": {"id": "cell", "digest": site.digest}, "modules": {}}

@@ -125,7 +125,7 @@ def test_an_unknown_value_is_not_shown_as_the_last_one_known(cell: Site, last: R
     assert "human_distance" not in found
 
 
-def test_what_is_measured_between_two_messages_counts(cell: Site) -> None:
+def test_a_value_measured_between_two_messages_counts(cell: Site) -> None:
     messages = BoundMessages(cell)
     assert measured(messages, 1.0)
     assert measured(messages, 1.05, distance=3.0) == {}
