@@ -19,7 +19,7 @@ from aeros.spec.migrations.formats import LATEST_RUN
 
 _FILE: Final = "latest-run.json"
 _AUDIT: Final = "audit.jsonl"
-_LONGEST_RECORD: Final = 1 << 16  # bytes; the first record of a log has a few hundred
+_LONGEST_RECORD: Final = 1 << 16  # bytes; the first record of a log has some 200 for each module
 
 
 def add_run_argument(parser: argparse.ArgumentParser, name: str) -> None:
@@ -76,10 +76,10 @@ def _begin_of(log: Path) -> float:
     try:
         with log.open("rb") as file:
             written = json.loads(file.readline(_LONGEST_RECORD))["written"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        written = None
-    if type(written) in (float, int) and isfinite(written):
-        return float(written)
+        if type(written) in (float, int) and isfinite(written):
+            return float(written)
+    except (OSError, ValueError, KeyError, TypeError, RecursionError, OverflowError):
+        pass
     return log.stat().st_mtime
 
 

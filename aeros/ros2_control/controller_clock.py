@@ -7,6 +7,8 @@ time: at a slower one, joint states seem to be late.
 
 A stamp far ahead of the clock does not count, as all true ones would seem to be late after it. If there is no
 other for a second, the clock has been set, and is estimated anew; joint states have been late until then.
+The first stamp counts whatever it is. If it was far ahead, or the clock is set back, all later joint states
+are late until their stamps have caught up: plant time never runs backwards.
 """
 
 from __future__ import annotations

@@ -56,6 +56,7 @@ def _bring_to(plant: Plant, q: tuple[float, ...]) -> None:
     motion = plant.begin(move_joints(q))
     if isinstance(motion, MotionCompletion):
         raise RuntimeError(f"the arm cannot go to the start of the checks: {motion.reason}")  # noqa: TRY004
-    end = plant.advance(lambda time, values: None, plant.now() + _LONGEST)[motion]
-    if not end.completed:
-        raise RuntimeError(f"the arm did not get to the start of the checks: {end.reason}")
+    end = plant.advance(lambda time, values: None, plant.now() + _LONGEST).get(motion)
+    if end is None or not end.completed:
+        reason = f"it still moves after {_LONGEST:g} s" if end is None else end.reason
+        raise RuntimeError(f"the arm did not get to the start of the checks: {reason}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
-from math import isfinite
+from math import floor, isfinite, log10
 from typing import Any, Final, NamedTuple
 
 from aeros.apps.report_page.run_data import RunData, shortened
@@ -170,10 +170,13 @@ def _path(path: SketchPath, colour: str, frame: _Frame) -> Iterator[str]:
 
 
 def _scale_bar(frame: _Frame) -> str:
+    """Draw the longest bar of 1 m, or of a power of ten of it, that leaves room for its label."""
     y = frame.height - 8.0
+    length = 10.0 ** floor(log10(0.9 * (frame.width - 2 * _MARGIN) / frame.scale))
+    wide = length * frame.scale
     return (
-        f'<path class="axis" d="M{_MARGIN} {y:.1f}h{frame.scale:.1f}"/>'
-        f'<text x="{_MARGIN + frame.scale + 4:.1f}" y="{y + 4:.1f}">1 m</text>'
+        f'<path class="axis" d="M{_MARGIN} {y:.1f}h{wide:.1f}"/>'
+        f'<text x="{_MARGIN + wide + 4:.1f}" y="{y + 4:.1f}">{length:g} m</text>'
     )
 
 

@@ -119,11 +119,13 @@ def page_of(
 
 
 def _headline(left: RunData) -> str:
-    """Say what was asked for, how it ended, how long it took and how often the gate denied."""
-    ended = next((details for kind, details in reversed(left.notes) if kind == "run-ended"), None)
-    asked = _noted_details(left, "task-selected", "instruction") or "no task"
+    """Say if the chain is broken, what was asked for, how that ended and when, and count denials."""
+    ended = _end_of_task(left)
+    selected = (details for kind, details in reversed(left.notes) if kind == "task-selected")
+    asked = next((_text(details.get("instruction")) for details in selected), "no task")
     counts = left.chain.decisions
-    return f"{asked}: {_ended(ended)} · {left.ends_at:.0f} s · {counts.denied} denied"
+    broken = "" if left.chain.is_sound else '<span class="bad">audit chain NOT SOUND</span> · '
+    return f"{broken}{asked}: {_ended(ended)} · {left.ends_at:.0f} s · {counts.denied} denied"
 
 
 def _on_paper(diagram: str) -> str:
@@ -153,8 +155,11 @@ def _table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = 
 def _cell(left: RunData, sites: Mapping[str, Site]) -> Iterator[str]:
     used = [sites[one.site] for one in left.decisions if one.site is not None and one.site in sites]
     site = next(iter(used or sites.values()), None)
-    drawn = None if site is None else cell_sketch(site, paths_of(left, site))
-    yield "<p>Without the site of the run, its cell is not drawn.</p>" if drawn is None else drawn
+    if site is None:
+        yield "<p>Without the site of the run, its cell is not drawn.</p>"
+    else:
+        drawn = cell_sketch(site, paths_of(left, site))
+        yield drawn or "<p>The site has no volumes, and no places were recorded.</p>"
 
 
 def _summary(left: RunData, signed: str) -> Iterator[str]:
@@ -162,7 +167,7 @@ def _summary(left: RunData, signed: str) -> Iterator[str]:
     sound = f'<span class="good">sound</span>, {left.chain.records} records'
     if not left.chain.is_sound:
         sound = f'<span class="bad">NOT SOUND: {_text(left.chain.reason)}</span>; the rest is not shown'
-    ended = next((details for kind, details in reversed(left.notes) if kind == "run-ended"), None)
+    ended = _end_of_task(left)
     rows = [
         ("instruction", _noted_details(left, "task-selected", "instruction")),
         ("task", _noted_details(left, "task-selected", "task")),
@@ -180,6 +185,13 @@ def _summary(left: RunData, signed: str) -> Iterator[str]:
 
 def _noted_details(left: RunData, kind: str, name: str) -> str:
     return next((_text(details.get(name)) for one, details in left.notes if one == kind), "")
+
+
+def _end_of_task(left: RunData) -> Mapping[str, Any] | None:
+    """Return how the last task that was selected has ended; None if that is not recorded."""
+    kinds = ("task-selected", "run-ended")
+    kind, details = next((one for one in reversed(left.notes) if one[0] in kinds), ("", {}))
+    return details if kind == "run-ended" else None
 
 
 def _ended(details: Mapping[str, Any] | None) -> str:
@@ -260,8 +272,10 @@ def _plots(left: RunData, series: Series, sites: Mapping[str, Site], marks: Sequ
     tightness = _relative_margins(series)
     shown.sort(key=lambda one: (tightness.get(one.name, inf), one.is_requested, one.name))
     stops = [one for one in marks if one.category in ("stopped", "fault")]
-    yield from (plot(one, stops, left.ends_at) for one in shown if not one.is_flat)
-    if flat := [one for one in shown if one.is_flat]:
+    # Nothing that broke a rule is folded.
+    flat = [one for one in shown if one.is_flat and tightness.get(one.name, inf) >= 0.0]
+    yield from (plot(one, stops, left.ends_at) for one in shown if one not in flat)
+    if flat:
         plots = "".join(plot(one, stops, left.ends_at) for one in flat)
         names = ", ".join(_text(one.name) for one in flat)
         yield f"<details><summary>without a change: {names}</summary>{plots}</details>"

@@ -105,7 +105,13 @@ def test_the_newest_run_is_that_whose_record_begins_last(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    for name, written, touched in (("old", "1000.0", 9e8), ("new", "2000.0", 8e8), ("odd", '"x"', 1500.0)):
+    runs = (
+        ("old", "1000.0", 9e8),
+        ("new", "2000.0", 8e8),
+        ("odd", '"x"', 1500.0),
+        ("huge", "9" * 400, 1400.0),
+    )
+    for name, written, touched in runs:
         folder = tmp_path / "runs" / name
         folder.mkdir(parents=True)
         (folder / "audit.jsonl").write_text(f'{{"event":"log-began","written":{written}}}\n')

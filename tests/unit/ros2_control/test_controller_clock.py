@@ -75,3 +75,11 @@ def test_a_stamp_that_stands_ahead_is_no_clock() -> None:
     assert clock.note(100.0, 1.0)
     assert not any(clock.note(500.0, 1.01 + number / 100) for number in range(500))
     assert clock.age(6.0) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize("first", [10_000.0, 200.0])
+def test_after_a_first_stamp_far_ahead_all_states_are_late_and_not_taken_for_fresh(first: float) -> None:
+    clock = ControllerClock(0.1)
+    assert clock.note(first, 1.0)
+    assert not any(clock.note(100.0 + number / 100, 1.0 + number / 100) for number in range(1, 1000))
+    assert clock.age(11.0) == pytest.approx(10.0)

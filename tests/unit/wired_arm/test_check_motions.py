@@ -16,7 +16,7 @@ REFUSED = MotionCompletion(False, "reflex")
 class StandingArm:
     """A plant that answers a motion with `began`, and ends it with `ended`."""
 
-    def __init__(self, began: Any, ended: MotionCompletion) -> None:
+    def __init__(self, began: Any, ended: MotionCompletion | None) -> None:
         self.began, self.ended = began, ended
         self.asked: list[Action] = []
         self.is_closed = False
@@ -30,7 +30,7 @@ class StandingArm:
 
     def advance(self, monitor: Any, until: float) -> dict[int, MotionCompletion]:
         assert monitor(0.0, {}) is None
-        return {self.began: self.ended}
+        return {} if self.ended is None else {self.began: self.ended}
 
     def close(self) -> None:
         self.is_closed = True
@@ -51,5 +51,14 @@ def test_the_arm_goes_to_the_start() -> None:
 def test_an_arm_that_does_not_get_there_is_closed(began: Any, words: str) -> None:
     plant = StandingArm(began, REFUSED)
     with pytest.raises(RuntimeError, match=f"{words} of the checks: reflex"):
+        open_at(lambda: cast("Plant", plant), (0.5,))
+    assert plant.is_closed
+
+
+def test_an_arm_that_moves_for_too_long_is_closed() -> None:
+    plant = StandingArm(3, None)
+    with pytest.raises(
+        RuntimeError, match=r"did not get to the start of the checks: it still moves after 60 s"
+    ):
         open_at(lambda: cast("Plant", plant), (0.5,))
     assert plant.is_closed

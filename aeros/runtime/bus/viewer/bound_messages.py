@@ -6,14 +6,14 @@ Bounds are those of the rules about the actions under way (`runtime.monitor.boun
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from math import inf, isfinite, isinf, nan
 from typing import Final, NamedTuple
 
 from aeros.runtime.bus.messages import BoundedQuantity, Header, Time, stamp
 from aeros.runtime.monitor.bounds_in_force import BoundInForce, BoundsInForce, scalars
-from aeros.runtime.ports import Readings
+from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.semantics import Value
@@ -81,7 +81,8 @@ class BoundMessages:
             or name in _names_in_rules(site)
         }
         self._actions = BoundsInForce()
-        self._values: dict[str, Value] = {}
+        self._readings: dict[str, Reading] = {}
+        """Newest reading of each variable that rules read."""
         self._configurations: set[str] = set()
         self._requested: set[str] = set()
         self._last = -inf
@@ -113,29 +114,32 @@ class BoundMessages:
     def measure(self, readings: Readings) -> Iterator[tuple[str, BoundedQuantity]]:
         """Note measurements, and make the messages that are due.
 
+        A value that is malformed, not finite or older than its `max_age` is unknown, and has no message.
+
         Args:
             readings: value (SI) and plant time (s) of each state variable, by name.
 
         Yields:
             Name of each quantity with its message.
         """
+        self._readings.update((name, readings[name]) for name in self._measured if name in readings)
         now = max((reading.time for reading in readings.values()), default=-inf)
-        if now < self._last + PERIOD and now >= self._last:
-            return
-        for name, one in self._measured.items():
-            if name in readings:
-                self._values.update(scalars(one, readings[name].value))
-        if not isfinite(now):
+        if (now < self._last + PERIOD and now >= self._last) or not isfinite(now):
             return
         self._last = now
-        yield from self._messages(stamp(now))
+        values: dict[str, Value] = {}
+        for name, reading in self._readings.items():
+            one = self._measured[name]
+            if one.max_age is None or now - reading.time <= one.max_age:
+                values.update(scalars(one, reading.value))
+        yield from self._messages(stamp(now), values)
 
-    def _messages(self, when: Time) -> Iterator[tuple[str, BoundedQuantity]]:
+    def _messages(self, when: Time, values: Mapping[str, Value]) -> Iterator[tuple[str, BoundedQuantity]]:
         bounds: dict[str, list[BoundInForce]] = {}
-        for one in self._actions.find(self._values):
+        for one in self._actions.find(values):
             bounds.setdefault(one.name, []).append(one)
         for name, unit in self._units.items():
-            value = bounds[name][0].value if name in bounds else self._values.get(name)
+            value = bounds[name][0].value if name in bounds else values.get(name)
             if isinstance(value, Fraction):
                 yield name, _message(when, unit, float(value), bounds.get(name, []))
         requested = {name for name, found in bounds.items() if found[0].is_requested}

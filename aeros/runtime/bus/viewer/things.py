@@ -1,11 +1,12 @@
 """Things at places: state variables of modules that say where in the cell something is.
 
 A vector in metres may also be a shift or a way. It counts as a place if the module states the space that is
-occupied around it, or if its name ends in `position` or `place`.
+occupied around it, or if the last word of its name is `position` or `place`.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import Final, NamedTuple
@@ -50,7 +51,7 @@ def things_of(site: Site) -> list[SceneThing]:
     return [
         _thing(name, one)
         for name in places
-        if (one := site.state[name]).occupies is not None or name.endswith(_PLACE_NAMES)
+        if (one := site.state[name]).occupies is not None or re.split(r"[._]", name)[-1] in _PLACE_NAMES
     ]
 
 

@@ -87,9 +87,9 @@ class ViewPublisher:
         with count_failures(self._missed):
             self._publish_robot(readings, chain.body)
         with count_failures(self._missed):
-            changed = self._publish_things(readings)
-            for camera in self._pictures:
-                self._annotate(camera, changed)
+            if changed := self._publish_things(readings):
+                for camera in self._pictures:
+                    self._annotate(camera, changed)
         with count_failures(self._missed):
             for name, message in self._bounds.measure(readings):
                 if name in self._bounded:

@@ -6,6 +6,8 @@ from dataclasses import replace
 from fractions import Fraction
 from xml.etree import ElementTree
 
+import pytest
+
 from aeros.apps.report_page.cell_sketch import PERSON, SketchPath, cell_sketch, paths_of
 from aeros.apps.report_page.run_data import RunData
 from aeros.spec.expr.scope import AxisAlignedBox
@@ -71,3 +73,12 @@ def test_names_are_text() -> None:
 def test_without_paths_the_volumes_are_drawn_and_without_both_nothing() -> None:
     assert [one.text for one in drawn(with_volumes(near=NEAR), []).iter("title")][1:] == ["near"]
     assert cell_sketch(with_volumes(), []) is None
+
+
+@pytest.mark.parametrize(("size", "label"), [("0.05", "0.01 m"), ("3", "1 m"), ("100000", "10000 m")])
+def test_the_bar_of_the_scale_fits(size: str, label: str) -> None:
+    cell = AxisAlignedBox((Fraction(0),) * 3, (Fraction(size),) * 3)
+    found = drawn(with_volumes(cell=cell), [])
+    (bar,) = [one for one in found.iter("path") if one.attrib.get("class") == "axis"]
+    assert 10.0 < float(bar.attrib["d"].partition("h")[2]) < float(next(found.iter("svg")).attrib["width"])
+    assert label in [one.text for one in found.iter("text")]

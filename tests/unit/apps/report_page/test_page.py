@@ -19,6 +19,9 @@ from aeros.apps.report_page.page import page_of
 from aeros.apps.report_page.run_data import read_run_data
 from aeros.runtime.audit.log import verify_log
 from aeros.sim.film.film_span import FilmSpan
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.apps.report_page.left_runs import copied_run, decision, written_run
 from tests.unit.sim.film.mp4_boxes import film_bytes
 
@@ -149,13 +152,41 @@ def test_a_denial_is_reported_with_its_reasons(tmp_path: Path) -> None:
     assert "No bounds are drawn under sites that are not available: " + "0" * 64 in text
 
 
+def test_a_task_that_has_no_end_does_not_get_that_of_the_one_before(tmp_path: Path) -> None:
+    selected = {"event": "task-selected", "details": {"instruction": "do this, then that"}}
+    notes = [selected, {"event": "run-ended", "details": {"reached": True}}, selected]
+    for count, shown in ((2, "goal reached"), (3, "no end is recorded")):
+        out = written_run(tmp_path / str(count), [("note", one) for one in notes[:count]])
+        page = page_of(read_run_data(out), "r", {}, "")
+        (headline,) = re.findall("<h1>.*</h1>", page)
+        assert f"do this, then that: {shown}" in re.sub("<.*?>", "", headline)
+
+
+def test_a_quantity_that_broke_a_rule_all_the_time_is_not_folded(tmp_path: Path) -> None:
+    site = load_site(reference_site_path(), Diagnostics())
+    assert site is not None
+    session = {"configuration": "s", "site": {"id": "cell", "digest": site.digest}, "modules": {}}
+    asked = {"kind": "move_tool", "parameters": {"target": [0.5, 0.0, 0.3], "yaw": 0.0, "speed": 0.1}}
+    for distance, is_folded in ((0.2, False), (3.0, True)):
+        state = {"human_distance": [distance, 1.0]}
+        decided = decision(1.0, asked=asked, decided=asked, configuration="s", state=state)
+        records = [("configuration-changed", session), ("decision", decided)]
+        left = read_run_data(written_run(tmp_path / str(is_folded), records))
+        page = page_of(left, "r", {site.digest: site}, "")
+        folded = " ".join(re.findall("<summary>without a change: .*?</summary>", page))
+        assert ("human_distance" in folded) is is_folded
+
+
 def test_records_after_a_broken_link_are_not_shown(tmp_path: Path) -> None:
     out = written_run(tmp_path / "out", [("decision", decision(time)) for time in (1.0, 2.0, 3.0)])
     log = out / "audit.jsonl"
     log.write_text(log.read_text().replace('"time":2.0', '"time":2.5'))
     left = read_run_data(out)
     assert [one.time for one in left.decisions] == [1.0]
-    assert "NOT SOUND: record 2 was edited" in "".join(elements(page_of(left, "r", {}, "")).text)
+    page = page_of(left, "r", {}, "")
+    assert "NOT SOUND: record 2 was edited" in "".join(elements(page).text)
+    (headline,) = re.findall("<h1>.*</h1>", page)
+    assert headline.startswith('<h1><span class="bad">audit chain NOT SOUND</span>')
 
 
 def linked_page(folder: Path, span: FilmSpan, name: str = "film.mp4") -> _Elements:

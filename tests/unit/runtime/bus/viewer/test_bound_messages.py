@@ -111,6 +111,28 @@ def test_messages_come_ten_times_a_second(cell: Site) -> None:
     assert measured(messages, 0.5)  # the clock began anew
 
 
+@pytest.mark.parametrize("last", [Reading(2.0, 1.0), Reading(float("nan"), 2.0), Reading("near", 2.0)])
+def test_an_unknown_value_is_not_shown_as_the_last_one_known(cell: Site, last: Reading) -> None:
+    messages = BoundMessages(cell)
+    messages.note_record(opened(cell))
+    messages.note_record(decided(PARAMETERS))
+    assert measured(messages, 1.0)["human_distance"].value == 2.0
+    assert measured(messages, 1.2)["link_speed"].upper_rule == "link-speeds-near-person"
+    later = {"human_distance": last, "link_speed": Reading(0.25, 2.0)}
+    found = dict(messages.measure(later))
+    assert found["link_speed"].value == 0.25
+    assert found["link_speed"].upper_rule != "link-speeds-near-person"
+    assert "human_distance" not in found
+
+
+def test_a_value_measured_between_two_messages_counts(cell: Site) -> None:
+    messages = BoundMessages(cell)
+    assert measured(messages, 1.0)
+    assert measured(messages, 1.05, distance=3.0) == {}
+    found = dict(messages.measure({"tool_speed": Reading(0.1, 1.12)}))
+    assert (found["human_distance"].value, found["tool_speed"].value) == (3.0, 0.1)
+
+
 @pytest.mark.parametrize("line", [b"no record", b"{"])
 def test_other_lines_are_ignored(cell: Site, line: bytes) -> None:
     messages = BoundMessages(cell)

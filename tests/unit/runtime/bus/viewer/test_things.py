@@ -36,6 +36,8 @@ def with_variables(site: Site) -> Site:
     place("m.push_place", "m.look")
     place("m.push_way", "m.look")
     place("m.dock_position", "survey")
+    place("m.shift_by_replace", "m.look")
+    place("m.decomposition", "m.look")
     place("m.lump", "m.look", BOX)
     return replace(site, state=state)
 
