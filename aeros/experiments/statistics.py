@@ -5,14 +5,13 @@ The functions import it themselves: it takes 0.9 s, which a process that compute
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from functools import cache
+from itertools import accumulate
 from math import hypot
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
+from operator import mul
+from typing import NamedTuple
 
 
 class ConfidenceInterval(NamedTuple):
@@ -134,15 +133,16 @@ def detectable_difference(hits: int, trials: int) -> float:
     Returns:
         The difference of the probabilities, within [0, 1]; the whole probability if it would have to be more.
     """
-    import numpy as np
     from scipy.stats import binom
 
-    known, counts = hits / trials, np.arange(trials + 1)
-    seen = binom.pmf(counts, trials, known) @ _fisher_rejections(trials)  # by the other's number of successes
+    known, counts = hits / trials, range(trials + 1)
+    chances = binom.pmf(counts, trials, known).tolist()
+    rejected = _fisher_rejections(trials)
+    seen = [sum(chances[one] for one in rejected[other]) for other in counts]
     low, high = 0.0, known
     while high - low > 1e-6:
         middle = (low + high) / 2
-        if float(binom.pmf(counts, trials, known - middle) @ seen) >= 0.8:
+        if sum(map(mul, binom.pmf(counts, trials, known - middle).tolist(), seen)) >= 0.8:
             high = middle
         else:
             low = middle
@@ -150,19 +150,23 @@ def detectable_difference(hits: int, trials: int) -> float:
 
 
 @cache
-def _fisher_rejections(trials: int) -> npt.NDArray[np.bool_]:
-    """Tabulate by successes of both if Fisher's exact test with two sides tells them apart at 5 %."""
-    import numpy as np
+def _fisher_rejections(trials: int) -> list[list[int]]:
+    """List, for each number of successes of one, those of another that Fisher's test tells apart from it.
+
+    With two sides at 5 %, and as many trials of each: a table counts with all that are no likelier.
+    """
     from scipy.stats import hypergeom
 
-    rejected = np.zeros((trials + 1, trials + 1), dtype=bool)
+    apart: list[list[int]] = [[] for _ in range(trials + 1)]
     for both in range(2 * trials + 1):
-        first = np.arange(max(0, both - trials), min(both, trials) + 1)
-        chances = hypergeom.pmf(first, 2 * trials, both, trials)
-        order = np.sort(chances)
-        rarer = np.searchsorted(order, chances * (1 + 1e-7), side="right")
-        rejected[first, both - first] = np.concatenate(([0.0], np.cumsum(order)))[rarer] < 0.05
-    return rejected
+        first = range(max(0, both - trials), min(both, trials) + 1)
+        chances = hypergeom.pmf(first, 2 * trials, both, trials).tolist()
+        order = sorted(chances)
+        below = [0.0, *accumulate(order)]
+        for one, chance in zip(first, chances, strict=True):
+            if below[bisect_right(order, chance * (1 + 1e-7))] < 0.05:
+                apart[both - one].append(one)
+    return apart
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
