@@ -15,11 +15,21 @@ as a third argument:
         velocity = models["policy"].run(offset=(0.1, 0.0, 0.2))["velocity"]
 
 Parameters are SI numbers, booleans, enum members as strings, or 3-vectors as tuples.
+
+An action that the gate denies for good, or that the robot cannot do, raises `ActionDenied` where it was
+yielded; a skill that does not catch it ends so. A skill that knows several ways to do the same gives them
+to `first_allowed`:
+
+    yield from first_allowed(
+        observed,
+        lambda seen: lift(seen, yaw=0.0),
+        lambda seen: lift(seen, yaw=pi / 2.0),
+    )
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from typing import Any, NamedTuple, Protocol
 
 Observation = Mapping[str, Any]
@@ -100,3 +110,53 @@ def act(kind: str, **parameters: Any) -> Action:
         Action(kind='grip', parameters={'width': 0.04, 'force': 8.0})
     """
     return Action(kind, parameters)
+
+
+class ActionDenied(Exception):  # noqa: N818  as `GeneratorExit`, it says what happened
+    """The gate denied an action for good, or the robot cannot do it, as it is out of reach.
+
+    Nothing moved, unless the robot was on a way round an obstacle: then it stands where that broke off. The
+    text names the rules, and no measured values. A denial that may pass by waiting, as with a person nearby,
+    is no such one: it ends the skill, and the agent asks again later.
+
+    Attributes:
+        observed: values measured after the denial, as an action would have returned them.
+    """
+
+    def __init__(self, reason: str, observed: Observation) -> None:
+        super().__init__(reason)
+        self.observed = observed
+
+
+Way = Callable[[Observation], Generator[Action, Observation, Observation]]
+"""One way to do something: takes the values measured now, yields actions, returns those measured last."""
+
+
+def first_allowed(observed: Observation, *ways: Way) -> Generator[Action, Observation, Observation]:
+    """Do something in the first way in which no action is denied.
+
+    A denial counts as a failure of its way, and the next way begins from where the robot is then.
+
+    Args:
+        observed: values measured now.
+        ways: ways in the order of trial; at least one.
+
+    Yields:
+        The actions of one way after the other.
+
+    Returns:
+        What the way that was not denied returns.
+
+    Raises:
+        ActionDenied: every way was denied; this is the denial of the last one.
+        ValueError: there is no way.
+    """
+    denial: ActionDenied | None = None
+    for way in ways:
+        try:
+            return (yield from way(observed))
+        except ActionDenied as caught:
+            denial, observed = caught, caught.observed
+    if denial is None:
+        raise ValueError("no way is given")
+    raise ActionDenied(str(denial), denial.observed) from denial

@@ -76,11 +76,11 @@ class Demonstration:
         self.grasp: Sequence[float] = ()
         self._grips = 0
 
-    def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
+    def resume(self, observation: Observation, seconds: float, denial: str = "") -> Action | SkillRunResult:
         """Implements `SkillRunProtocol.resume`."""
         if self._grips == 2:
             return SkillRunResult(StepStatus.FINISHED, "")
-        action = self._run.resume(observation, seconds)
+        action = self._run.resume(observation, seconds, denial)
         if isinstance(action, SkillRunResult):
             return action
         if action.kind == "grip":

@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -186,7 +187,7 @@ def seconds_from(lowest: float) -> Callable[[str], float]:
         try:
             seconds = float(text)
         except ValueError:
-            seconds = 0.0
+            seconds = nan
         if not lowest <= seconds <= 3600:
             raise argparse.ArgumentTypeError(f"expected a number of seconds from {lowest:g} to 3600")
         return seconds

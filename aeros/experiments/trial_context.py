@@ -180,7 +180,11 @@ class TrialContextImpl:
         return self._planner.plan(self._routed, self.world(), self._runtime.active_modules()).steps
 
     def run(self, step: PlanStep) -> StepAssessment:
-        """Implement `TrialContext.run`."""
+        """Implement `TrialContext.run`.
+
+        Raises:
+            MisuseError: the runtime stopped waiting without a deadline.
+        """
         started = self.begin(step)
         if isinstance(started, StepAssessment):
             return started

@@ -65,8 +65,10 @@ class _SingleRequest:
     def __init__(self, action: Action) -> None:
         self._left = [action]
 
-    def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
+    def resume(self, observation: Observation, seconds: float, denial: str = "") -> Action | SkillRunResult:
         """Implement `SkillRunProtocol.resume`."""
+        if denial:
+            return SkillRunResult(StepStatus.DENIED, denial)
         return self._left.pop() if self._left else SkillRunResult(StepStatus.FINISHED, "")
 
     def close(self) -> str | None:

@@ -205,10 +205,10 @@ class _MeasuredRun:
         self._run, self._use = run, use
         self._timer = _AnswerTimer(run, use, clock)
 
-    def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
+    def resume(self, observation: Observation, seconds: float, denial: str = "") -> Action | SkillRunResult:
         """Implement `SkillRunProtocol.resume`."""
         with self._timer:
-            return self._run.resume(observation, seconds)
+            return self._run.resume(observation, seconds, denial)
 
     def close(self) -> str | None:
         """Implement `SkillRunProtocol.close`."""

@@ -7,7 +7,7 @@ whether a step succeeded: what is measured afterwards does.
 from collections.abc import Generator, Iterable
 from math import cos, dist, hypot, pi, sin
 
-from aeros.skill import Action, Inputs, Observation, SkillBody, act
+from aeros.skill import Action, Inputs, Observation, SkillBody, Way, act, first_allowed
 
 Task = Generator[Action, Observation, Observation]
 Place = tuple[float, float, float]
@@ -150,6 +150,13 @@ UNMOVED = 0.015
 
 DROP_ROOM = 0.08
 """From the bin's middle to where the end of a piece that is let go may be, along x, m."""
+
+HEADINGS = (0.0, pi / 2.0, -pi / 2.0, pi)
+"""Headings to try for a hand whose heading does not matter, rad."""
+
+PADS_ASIDE = 0.009
+"""Distance from the middle of a thing at which its sides are still between the pads, which are 20 mm wide, m:
+the hand keeps so much farther from what is beside it."""
 
 
 def dock(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -369,8 +376,8 @@ def _take_sponge(observed: Observation, pace: float) -> Task:
 def _lift_sponge(observed: Observation, pace: float, height: float) -> Task:
     """Grip the sponge across, at a height above the foam's middle, and lift it."""
     x, y, z = observed["sponge_position"]
-    observed = yield from _grasp(observed, pace, (x, y, z + height), observed["sponge_yaw"], 0.02)
-    observed = yield from _rise(observed, pace, 0.0)
+    grips = _grips((x, y, z + height), observed["sponge_yaw"], pace)
+    observed = yield from first_allowed(observed, *grips)
     return (yield from _sense(observed, "holding"))
 
 
@@ -378,8 +385,8 @@ def _return_sponge(observed: Observation, pace: float) -> Task:
     """Set the held sponge down on its rest, let go and rise."""
     observed = yield from _sense(observed, "sponge_rest_position")
     x, y, z = _lifted(observed, "sponge_rest_position")
-    observed = yield from _approach(observed, pace, (x, y, z + SPONGE_GRASP + 0.001), 0.0)
-    return (yield from _release(observed, pace))
+    place = (x, y, z + SPONGE_GRASP + 0.001)
+    return (yield from first_allowed(observed, _put(place, 0.0, pace), _put(place, pi, pace)))
 
 
 def _bin_what_is_held(observed: Observation, pace: float) -> Task:
@@ -433,8 +440,10 @@ def _lift_clutter(observed: Observation, pace: float, *, is_second: bool = False
     lowest = LOWEST + max(_lift(observed), 0.0)
     height = z + CLUTTER_GRASP - (DEEPER if is_second and not is_free_across else 0.0)
     grasp = (max(x + aside * dx, nearest), y + aside * dy, max(height, lowest))
-    observed = yield from _grasp(observed, pace, grasp, yaw, 0.02)
-    observed = yield from _rise(observed, pace, yaw)
+    grips = _grips(grasp, yaw, pace)
+    if is_free_across:
+        grips = (*grips, *_grips(grasp, yaw + (pi / 2.0 if yaw <= 0.0 else -pi / 2.0), pace))
+    observed = yield from first_allowed(observed, *grips)
     return (yield from _sense(observed, "holding"))
 
 
@@ -443,8 +452,7 @@ def _drop_in_bin(observed: Observation, pace: float, offset: tuple[float, float]
     observed = yield from _sense(observed, "bin_position")
     x, y, z = _lifted(observed, "bin_position")
     place = (x + offset[0], y + offset[1], z + DROP_HEIGHT)
-    observed = yield from _approach(observed, pace, place, 0.0)
-    return (yield from _release(observed, pace))
+    return (yield from first_allowed(observed, *(_put(place, yaw, pace) for yaw in HEADINGS)))
 
 
 def _outside(observed: Observation) -> tuple[float, float]:
@@ -527,10 +535,34 @@ def _approach(observed: Observation, pace: float, place: Place, yaw: float) -> T
     return (yield act("move_tool", target=(x, y, z), yaw=yaw, speed=NEAR_SPEED))
 
 
-def _release(observed: Observation, pace: float) -> Task:
-    """Open the fingers and rise."""
-    observed = yield act("grip", width=OPEN, force=GRIP_FORCE)
-    return (yield from _rise(observed, pace, 0.0))
+def _grips(place: Place, yaw: float, pace: float) -> tuple[Way, ...]:
+    """Grips at a place: as it is, beside it along the pads, and with the hand turned by half a turn."""
+
+    def way(aside: float, turn: float) -> Way:
+        x, y, z = place
+        beside = (x + aside * cos(yaw), y + aside * sin(yaw), z)
+
+        def grip(observed: Observation) -> Task:
+            observed = yield from _grasp(observed, pace, beside, yaw + turn, 0.02)
+            return (yield from _rise(observed, pace, yaw + turn))
+
+        return grip
+
+    half = -pi if yaw > 0.0 else pi
+    return (way(0.0, 0.0), way(PADS_ASIDE, 0.0), way(-PADS_ASIDE, 0.0), way(0.0, half))
+
+
+def _put(place: Place, yaw: float, pace: float) -> Way:
+    """Come down on a place with what is held, let go and rise; what is let go stays there."""
+
+    def put(observed: Observation) -> Task:
+        if observed.get("holding") is False:
+            return observed
+        yield from _approach(observed, pace, place, yaw)
+        observed = yield act("grip", width=OPEN, force=GRIP_FORCE)
+        return (yield from _rise(observed, pace, yaw))
+
+    return put
 
 
 def _rise(observed: Observation, pace: float, yaw: float) -> Task:

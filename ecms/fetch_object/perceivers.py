@@ -6,7 +6,7 @@ All lengths in metres, in the world frame; headings are of a hand at yaw 0, whos
 """
 
 from collections.abc import Mapping
-from math import cos, dist, hypot, pi, sin, sqrt
+from math import atan2, cos, dist, hypot, pi, sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,15 +24,27 @@ from aeros.perception import (
     locate_cylinder,
     separate_parts,
     upper_points,
+    wrap_heading,
 )
 
 from .pushes import push_length
 from .sizes import fits_hand, grip_height
+from .stations import STATION_TO_OBJECT, WESTMOST, base_from
 
 Place = tuple[float, float, float]
 
 MIN_PIXELS = 25
 """Least number of pixels of the object: fewer are noise, or an object that is mostly hidden."""
+
+MIN_FROM_ABOVE = 5
+"""The same in a picture of the camera over the aisle, 14 mm a pixel."""
+
+FLOOR_BELOW, ON_FLOOR = 0.30, (0.015, 0.04)
+"""Depth of the floor below the arm's base, least height over it of points of an object, and how much farther
+up than the object they may seem to be, m."""
+
+SHOWN_WITHIN = 0.06
+"""Greatest distance from a place of a point that a picture shows of what is there, m."""
 
 MIN_HIT = 4
 """Least number of pixels of something that the forearm, or a finger, would hit."""
@@ -148,9 +160,6 @@ SIDES = {"middle": 0.0, "left": 0.12, "right": -0.12}
 MAX_AGE = 30.0
 """Greatest age of a picture that still says where the object is, s."""
 
-STATION_TO_OBJECT = 0.58
-"""Distance of the object from the arm's base where the base stands to pick it, m."""
-
 REACH = (0.50, 0.70)
 """Horizontal distance from the arm's base at which it can pick objects, m; nearer ones on the floor are
 at the carriage."""
@@ -161,7 +170,7 @@ FAR_OFF = 0.1
 REACH_ASIDE = 0.15
 """Greatest lateral offset of an object from the arm's base, m: beyond it the elbow would hit the stand."""
 
-FLOOR = ((-0.595, 0.03), (-1.295, 2.595))
+FLOOR = ((WESTMOST, 0.03), (-1.295, 2.595))
 """Bounds of the arm's base in x and in y, m: 5 mm inside the site's `floor`, whose bound no double is."""
 
 SURVEYED = ("station_survey", "delivery_position")
@@ -185,8 +194,9 @@ NEARER = 0.15
 SAME_PLACE = 0.15
 """Standard uncertainty of a place from memory, m: positions as near as that count as one usual place."""
 
-SEARCHED_SHARE = 0.99
-"""Share of it that was looked over when nothing is there: looks from three places behind it show all."""
+SEARCHED_SHARE = 0.98
+"""Share of it that was looked over when nothing is there: the mast and the camera over the aisle show as much
+in three looks each; the arm or the carriage may hide the rest."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
@@ -253,26 +263,48 @@ def find_object(view: View) -> Perception:
     newest = -1.0
     looked: dict[tuple[int, int], float] = {}
     station: GripStation | None = None
+    is_seen, seen_above = False, None
     while True:
         kind = _kind(view.readings)
         if kind is not None and all(place in view.readings for place in SURVEYED):
             stands = np.array([view.readings[place][:2] for place in SURVEYED])
-            for name in ("mast", "hand"):
+            for name in ("mast", "hand", "aisle_top"):
                 picture = view.pictures.get(name)
                 if picture is None or picture.time <= newest:
                     continue
-                found = _look(picture, kind, name == "mast", stands, view.readings)
-                if found["object_seen"] == (True,):
+                if name == "aisle_top":
+                    if is_seen and seen_above is None:
+                        continue
+                    found = _look_from_above(picture, kind, stands, view.readings)
+                    if not found:
+                        if _has_colour(picture, kind, stands, view.readings):
+                            continue
+                        if seen_above is not None and _shows(picture, seen_above[0]):
+                            is_seen, seen_above = False, None
+                            known["object_seen"] = estimate(False, time=picture.time)
+                        if not is_seen:
+                            cells = _floor_cells(picture, kind, stands, view.readings)
+                            looked |= dict.fromkeys(cells, picture.time)
+                            known |= _searched(looked, picture.time, stands)
+                        continue
+                    seen_above = found["object_position"]
+                else:
+                    found = _look(picture, kind, name == "mast", stands, view.readings)
+                    if found["object_seen"] == (True,):
+                        seen_above = None
+                    elif name == "mast" and seen_above is not None and not _shows(picture, seen_above[0]):
+                        continue
+                is_seen = found["object_seen"] == (True,)
+                if is_seen:
                     looked.clear()
                     station = _farther_aside(station, found)
                     if station is not None:
                         found["object_aside"] = (station.aside, UNCERTAINTY)
                 elif name == "mast":
                     looked |= dict.fromkeys(_cells(picture, stands), picture.time)
-                share = _share_since(looked, picture.time - SEARCH_AGE, stands)
-                found |= {"object_searched": (share, 0.02), "object_absent": (share >= SEARCHED_SHARE,)}
                 for variable, value in found.items():
                     known[variable] = None if value is None else estimate(*value, time=picture.time)
+                known |= _searched(looked, picture.time, stands)
             newest = max(picture.time for picture in view.pictures.values())
         view = yield known.copy()
 
@@ -389,14 +421,12 @@ def _station_for(surveyed: Place, seen: Place | None, aside: float) -> Place:
     if aside == 0.0 and REACH[0] <= away <= REACH[1] and off <= REACH_ASIDE:
         return surveyed
     (west, east), (south, north) = FLOOR
-    u, v = _base_from(aside)
+    # Beside an object in the aisle the base stands on the side away from the benches, if there is floor.
+    u, v = base_from(seen[0], aside)
+    if seen[1] + v > north:
+        u, v = base_from(seen[0], -v)
     x, y = seen[0] + u, seen[1] + v
     return (min(east, max(west, x)), min(north, max(south, y)), surveyed[2])
-
-
-def _base_from(aside: float) -> tuple[float, float]:
-    """Return where the arm's base is, from the object that it picks, along x and y."""
-    return -sqrt(STATION_TO_OBJECT**2 - aside**2), aside
 
 
 def _aside(points: Points, place: Place) -> float:
@@ -406,7 +436,7 @@ def _aside(points: Points, place: Place) -> float:
     """
     high = points[points[:, :, 2] > place[2] + FOREARM_ABOVE]
     for aside in ASIDES:
-        u, v = _base_from(aside)
+        u, v = base_from(place[0], aside)
         along, across = np.array((-u, -v)) / STATION_TO_OBJECT, np.array((v, -u)) / STATION_TO_OBJECT
         off = high[:, :2] - np.array(place[:2])
         away, left = off @ along, off @ across
@@ -466,6 +496,76 @@ def _look(
     return values
 
 
+def _look_from_above(
+    picture: Picture, kind: Kind, stands: Points, given: Mapping[str, Any]
+) -> dict[str, tuple[Any, ...] | None]:
+    """Return what the camera over the aisle shows of an object on the floor; empty if it shows none.
+
+    One pixel is a third of a can, so the hand's camera has to look again.
+    """
+    if "base_position" not in given:
+        return {}
+    points = picture.points()
+    floor = given["base_position"][2] - FLOOR_BELOW
+    above = points[:, :, 2] - floor
+    mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
+    mask &= _is_off_robot(points, given)
+    mask &= (above > ON_FLOOR[0]) & (above < kind.height + ON_FLOOR[1])
+    parts = sorted(separate_parts(mask, MIN_FROM_ABOVE), key=np.count_nonzero, reverse=True)
+    if not parts or float(np.linalg.norm(np.ptp(points[parts[0]], axis=0))) > LARGEST_SCALE * kind.diagonal:
+        return {}
+    own = points[parts[0]]
+    x, y, top = np.median(own, axis=0).tolist()
+    is_lying = kind.shape == "cylinder" and 2.0 * (top - floor) < kind.height + kind.lying_height
+    height = kind.lying_height if is_lying else kind.height
+    place: Place = (x, y, floor + height / 2.0)
+    headings: tuple[float, ...] = GRIP_HEADINGS
+    if is_lying:
+        u, v = np.linalg.eigh(np.cov(own[:, :2].T))[1][:, -1].tolist()
+        headings = (wrap_heading(atan2(v, u), pi),)
+    higher = points[(points[:, :, 2] > floor + height + HAND_CLEARANCE) & _is_off_robot(points, given)]
+    free = [heading for heading in headings if _has_room(higher, place, heading)]
+    return {
+        "object_seen": (True,),
+        "object_seen_time": (picture.time, 1e-3),
+        "object_position": (place, 2.0 * UNCERTAINTY),
+        "object_lying": (is_lying,),
+        "object_yaw": ((free or headings)[0], 2.0 * HEADING_UNCERTAINTY),
+        "object_free": (bool(free),),
+        "object_free_across": (len(free) > 1,),
+        "object_grip_offset": ((0.0, 0.0, 0.0), UNCERTAINTY),
+        "object_aside": (0.0, UNCERTAINTY),
+        "object_scale": (1.0, 0.05),
+        "object_push_start": None,
+        "object_push_way": None,
+    }
+
+
+def _has_colour(picture: Picture, kind: Kind, stands: Points, given: Mapping[str, Any]) -> bool:
+    """Check that a picture may show the object, anywhere near the stands; True while the base is unknown.
+
+    At the carriage, too, which hides no colour but grey.
+    """
+    if "base_position" not in given:
+        return True
+    points = picture.points()
+    mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
+    if _is_grey(kind):
+        mask &= _is_off_robot(points, given)
+    return int(mask.sum()) >= MIN_FROM_ABOVE
+
+
+def _is_grey(kind: Kind) -> bool:
+    return max(kind.colour) - min(kind.colour) < GREYISH * max(kind.colour)
+
+
+def _shows(picture: Picture, place: Place) -> bool:
+    """Check that a picture shows what is at a place, or below it where it is gone."""
+    points = picture.points()
+    near = np.hypot(points[:, :, 0] - place[0], points[:, :, 1] - place[1]) < SHOWN_WITHIN
+    return bool((near & (points[:, :, 2] < place[2] + SHOWN_WITHIN)).any())
+
+
 def _find_kind(
     picture: Picture, points: Points, kind: Kind, stands: Points, given: Mapping[str, Any]
 ) -> Mask:
@@ -474,7 +574,7 @@ def _find_kind(
     Robot, carriage and floor are grey, so what is on them counts for no grey object.
     """
     mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
-    if max(kind.colour) - min(kind.colour) < GREYISH * max(kind.colour):
+    if _is_grey(kind):
         mask &= _is_off_robot(points, given)
     parts = sorted(separate_parts(mask, MIN_PIXELS), key=np.count_nonzero, reverse=True)
     for part in parts:
@@ -551,12 +651,38 @@ def _stand_lift(points: Points, belongs: Place) -> float | None:
     return believe_height(float(np.median(heights)), z, UNNOTICED) - z
 
 
+def _searched(looked: Mapping[tuple[int, int], float], time: float, stands: Points) -> dict[str, Any]:
+    """Return how much of the area was looked over, and if that is all."""
+    share = _share_since(looked, time - SEARCH_AGE, stands)
+    return {
+        "object_searched": estimate(share, 0.02, time=time),
+        "object_absent": estimate(share >= SEARCHED_SHARE, time=time),
+    }
+
+
 def _cells(picture: Picture, stands: Points) -> set[tuple[int, int]]:
-    """Return the squares of the searched area that a picture shows the top of."""
-    points = picture.points()
+    """Return the squares of the searched area whose top a picture shows."""
+    return _squares(picture.points().reshape(-1, 3), stands)
+
+
+def _floor_cells(
+    picture: Picture, kind: Kind, stands: Points, given: Mapping[str, Any]
+) -> set[tuple[int, int]]:
+    """Return the squares whose floor a picture shows; of a grey object only those off the grey robot."""
+    x, y, z = given["base_position"]
+    points = picture.points().reshape(-1, 3)
+    low = points[points[:, 2] < z - FLOOR_BELOW + ON_FLOOR[1]]
+    if _is_grey(kind):
+        u, v = given.get("tool_position", (x, y, z))[:2]
+        low = low[np.hypot(low[:, 0] - x, low[:, 1] - y) > CARRIAGE_RADIUS]
+        low = low[np.hypot(low[:, 0] - u, low[:, 1] - v) > HAND_RADIUS]
+    return _squares(low, stands)
+
+
+def _squares(points: Points, stands: Points) -> set[tuple[int, int]]:
+    """Return the squares of the searched area that points (n, 3) are in."""
     low, high = _searched_area(stands)
-    x, y = points[:, :, 0], points[:, :, 1]
-    inside = (low[0] < x) & (x < high[0]) & (low[1] < y) & (y < high[1])
+    inside = ((low < points[:, :2]) & (points[:, :2] < high)).all(axis=1)
     cells = ((points[inside][:, :2] - low) / SEARCH_CELL).astype(np.intp)
     return {(row[0], row[1]) for row in np.unique(cells, axis=0).tolist()}
 
@@ -565,7 +691,8 @@ def _share_since(looked: Mapping[tuple[int, int], float], time: float, stands: P
     """Return the share of the squares that were looked at since a time."""
     low, high = _searched_area(stands)
     rows, columns = ((high - low) / SEARCH_CELL).astype(np.intp).tolist()
-    recent = [1 for seen in looked.values() if seen >= time]
+    # Squares at the far edges are not whole, and do not count.
+    recent = [1 for (row, column), seen in looked.items() if seen >= time and row < rows and column < columns]
     return min(1.0, float(len(recent)) / max(1.0, float(rows * columns)))
 
 

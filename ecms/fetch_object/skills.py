@@ -5,12 +5,12 @@ whether a step succeeded: what is measured afterwards does.
 """
 
 from collections.abc import Generator
-from math import atan2, copysign, hypot, pi
+from math import atan2, copysign, cos, hypot, pi, sin
 
-from aeros.skill import Action, Inputs, Observation, SkillBody, act
+from aeros.skill import Action, Inputs, Observation, SkillBody, Way, act, first_allowed
 
 from .pushes import push_length
-from .stations import REACH, base_for_delivery
+from .stations import EASTMOST, REACH, base_for_delivery, base_from
 
 Task = Generator[Action, Observation, Observation]
 Place = tuple[float, float, float]
@@ -80,6 +80,19 @@ LOOKS_FOR_ROOM = 3
 LOOKS = 5
 """Number of further looks for an object that a picture does not show."""
 
+HEADINGS = (0.0, pi / 2.0, -pi / 2.0, pi)
+"""Headings to try for a hand whose heading does not matter, rad."""
+
+ASIDE_STANDING, ASIDE_LYING = 0.009, 0.02
+"""Distances from the middle of an object that stands, and of one that lies, at which its sides are still
+between the pads, which are 20 mm wide, m: the hand keeps so much farther from what is beside it."""
+
+OVER_WITHIN = 0.03
+"""Greatest distance from a place, level, at which the tool is over it, m."""
+
+STATION_ASIDES = (0.40, -0.40)
+"""Distances to the left of an object at which the base stands where no grip was allowed from before, m."""
+
 
 def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
     """Tuck the arm and drive to the station; look first where memory expects the object, if not there.
@@ -117,6 +130,7 @@ def detect(observed: Observation, inputs: Inputs) -> SkillBody:
 def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     """Look again from above with the hand camera, grip the object and lift it, if a hand can get there.
 
+    Where the gate denies a grip, the next one is tried: with a turned hand, then with the base elsewhere.
     What the fingers miss, or what slips from them, is gripped once more by its other sides, if there is room.
     Where a camera's reading of it is missing or too old, as from a bad sensor, nothing is gripped.
     """
@@ -125,19 +139,70 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
         return
     if not _in_reach(observed, observed["object_position"]):
         return
+    is_free_across = observed.get("object_free_across") is True and not observed["object_lying"]
     # From beside the stand the hand's camera sees the carriage, which shows if it is off.
     yield act("look", camera="hand")
-    observed = yield from _grip(observed, pace, 0.0)
+    stations = (_grip_from(aside, pace) for aside in STATION_ASIDES)
+    ends = (_grip_turned(turn, 0.0, pace) for turn in (pi, -pi / 2.0) if turn == pi or is_free_across)
+    ways = (*_grips(observed, pace), *stations, *ends)
+    observed = yield from first_allowed(observed, *ways)
     is_lost = observed.get("holding") is False and observed.get("object_free_across") is True
     if is_lost and _is_located(observed) and not observed["object_lying"]:
         yield from _grip(observed, pace, pi / 2.0)
 
 
-def _grip(observed: Observation, pace: float, turn: float) -> Task:
-    """Look at the object from above, grip it with a hand turned by `turn`, and lift it."""
+def _grips(observed: Observation, pace: float) -> tuple[Way, ...]:
+    """Grips from where the base is: as pictures show the room, by the other sides, beside the middle."""
+    is_lying = observed.get("object_lying") is True
+    along = ASIDE_LYING if is_lying else ASIDE_STANDING
+    grips = [(0.0, 0.0), (0.0, along), (0.0, -along)]
+    if observed.get("object_free_across") is True and not is_lying:
+        grips[1:1] = [(pi / 2.0, 0.0), (pi / 2.0, along), (pi / 2.0, -along)]
+    return tuple(_grip_turned(turn, aside, pace) for turn, aside in grips)
+
+
+def _grip_turned(turn: float, aside: float, pace: float) -> Way:
+    """Grip with a hand that is turned from the heading that pictures give, and beside the middle."""
+    return lambda observed: _grip(observed, pace, turn, aside)
+
+
+def _grip_from(aside: float, pace: float) -> Way:
+    """Drive to a place that is so far to the left of the object, look, and grip it from there."""
+
+    def grip(observed: Observation) -> Task:
+        if not _is_located(observed):
+            return observed
+        x, y, _ = observed["object_position"]
+        observed = yield from _carry(observed, pace)
+        along, across = base_from(x, aside)
+        observed = yield from _drive(min(EASTMOST, x + along), y + across)
+        observed = yield from _look(observed, pace)
+        if not (_is_located(observed) and observed["object_free"]):
+            return observed
+        return (yield from first_allowed(observed, *_grips(observed, pace)))
+
+    return grip
+
+
+def _grip(observed: Observation, pace: float, turn: float, aside: float = 0.0) -> Task:
+    """Look at the object from above, grip it with a hand turned by `turn`, and lift it.
+
+    `aside` is from the middle of the object to that of the fingers' pads, along these, m.
+    """
+    if not _is_located(observed):
+        # The other ways took so long that what the mast saw is too old.
+        observed = yield from _look(observed, pace)
+        if not _is_located(observed):
+            return observed
     yield act("grip", width=OPEN, force=GRIP_FORCE)
     yaw = _turned(observed["object_yaw"], turn)
-    observed = yield from _over(observed, pace, observed["object_position"], LOOK_HEIGHT, yaw)
+    x, y, z = observed["object_position"]
+    above = (x + aside * cos(yaw), y + aside * sin(yaw), z + LOOK_HEIGHT)
+    if aside != 0.0 and _is_over(observed, above):
+        # The grip in the middle was denied, with a hand that is turned so already.
+        observed = yield act("move_tool", target=above, yaw=yaw, speed=_free(observed, pace))
+    else:
+        observed = yield from _over(observed, pace, above, 0.0, yaw)
     for _ in range(LOOKS):
         observed = yield act("look", camera="hand")
         if _is_located(observed):
@@ -146,7 +211,8 @@ def _grip(observed: Observation, pace: float, turn: float) -> Task:
         return observed
     (x, y, z), yaw = observed["object_position"], _nearest(_turned(observed["object_yaw"], turn), yaw)
     dx, dy, _ = observed.get("object_grip_offset", (0.0, 0.0, 0.0))
-    x, y, grip = x + dx, y + dy, z + observed["object_grip_height"]
+    x, y = x + dx + aside * cos(yaw), y + dy + aside * sin(yaw)
+    grip = z + observed["object_grip_height"]
     yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed, pace))
     yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
@@ -154,9 +220,31 @@ def _grip(observed: Observation, pace: float, turn: float) -> Task:
     return (yield act("move_tool", target=lifted, yaw=yaw, speed=min(CARRY_SPEED, pace)))
 
 
+def _is_over(observed: Observation, place: Place) -> bool:
+    """Check that the tool is straight above a place, or there."""
+    x, y, z = observed["tool_position"]
+    return hypot(place[0] - x, place[1] - y) < OVER_WITHIN and z > place[2] - OVER_WITHIN
+
+
 def _turned(yaw: float, turn: float) -> float:
     """Return a heading turned to the side on which the hand's last joint has room, rad."""
     return yaw + turn if yaw <= 0.0 else yaw - turn
+
+
+def _put(place: Place, grip_height: float, yaw: float, pace: float) -> Way:
+    """Put down what is held, whose middle comes to `place`, let go and rise; what is let go stays there."""
+    x, y, z = place
+    grip = z + grip_height
+
+    def put(observed: Observation) -> Task:
+        if observed.get("holding") is False:
+            return observed
+        yield from _over(observed, pace, (x, y, grip), CLEARANCE, yaw)
+        yield act("move_tool", target=(x, y, grip + 0.001), yaw=yaw, speed=NEAR_SPEED)
+        yield act("grip", width=OPEN, force=GRIP_FORCE)
+        return (yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=yaw, speed=pace))
+
+    return put
 
 
 def _nearest(yaw: float, to: float) -> float:
@@ -187,12 +275,9 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield act("look", camera="mast")
     if "object_place" not in observed or "object_grip_height" not in observed:
         return
-    x, y, z = observed["object_place"]
-    grip = z + observed["object_grip_height"]
-    yield from _over(observed, pace, (x, y, grip), CLEARANCE)
-    yield act("move_tool", target=(x, y, grip + 0.001), yaw=0.0, speed=NEAR_SPEED)
-    yield act("grip", width=OPEN, force=GRIP_FORCE)
-    observed = yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=pace)
+    place, grip_height = observed["object_place"], observed["object_grip_height"]
+    puts = (_put(place, grip_height, yaw, pace) for yaw in HEADINGS)
+    observed = yield from first_allowed(observed, *puts)
     observed = yield from _look(observed, pace)
     for _ in range(LOOKS):
         if observed.get("object_delivered") is True:
@@ -256,8 +341,11 @@ def _is_located(observed: Observation) -> bool:
 def _search(observed: Observation) -> Task:
     """Look from one place after the other until the object is seen, and drive to it.
 
-    The search ends, too, when pictures have shown every place where it can be.
+    The camera over the aisle looks first: what lies in the aisle the mast does not see from there. The search
+    ends, too, when pictures have shown every place where it can be.
     """
+    if observed.get("object_detected") is not True:
+        observed = yield act("look", camera="aisle_top")
     for x, y in _along_the_way(observed):
         if observed.get("object_detected") is True or observed.get("object_absent") is True:
             break
@@ -332,17 +420,28 @@ def _in_reach(observed: Observation, place: Place) -> bool:
 
 def _look(observed: Observation, pace: float) -> Task:
     """Move the arm out of sight and look from the mast."""
-    yield act("move_tool", target=_from_base(observed, ASIDE), yaw=0.0, speed=_free(observed, pace))
+    aside = _from_base(observed, ASIDE)
+    yield from first_allowed(observed, *(_go(aside, yaw, pace) for yaw in HEADINGS))
     return (yield act("look", camera="mast"))
 
 
 def _carry(observed: Observation, pace: float) -> Task:
     """Raise the tool to carrying height, then draw it in."""
     target = _from_base(observed, CARRY)
-    x, y, z = observed["tool_position"]
-    if z < target[2]:
-        yield act("move_tool", target=(x, y, target[2]), yaw=0.0, speed=_free(observed, pace))
-    return (yield act("move_tool", target=target, yaw=0.0, speed=_free(observed, pace)))
+    if observed["tool_position"][2] < target[2]:
+        x, y, _ = observed["tool_position"]
+        raises = (_go((x, y, target[2]), yaw, pace) for yaw in HEADINGS)
+        observed = yield from first_allowed(observed, *raises)
+    return (yield from first_allowed(observed, *(_go(target, yaw, pace) for yaw in HEADINGS)))
+
+
+def _go(place: Place, yaw: float, pace: float) -> Way:
+    """Go straight to a place with a hand that is turned by `yaw`."""
+
+    def go(observed: Observation) -> Task:
+        return (yield act("move_tool", target=place, yaw=yaw, speed=_free(observed, pace)))
+
+    return go
 
 
 def _over(observed: Observation, pace: float, place: Place, height: float, yaw: float = 0.0) -> Task:

@@ -9,7 +9,7 @@ with where things are now, and goes on with what it holds.
 from collections.abc import Generator, Iterable
 from math import atan2, copysign, cos, dist, hypot, pi, sin
 
-from aeros.skill import Action, Inputs, Observation, SkillBody, act
+from aeros.skill import Action, Inputs, Observation, SkillBody, Way, act, first_allowed
 
 from .measures import HINGE_TO_PLATE, LOWEST, PLATE_HALF, Place
 
@@ -152,11 +152,21 @@ HAND_TURNS = (-1.9, 2.9)
 OVERHANGING = 0.02
 """Distance of the wrapper from the press's middle, across, beyond which a finger would hit the bed, m."""
 
+HEADINGS = (0.0, pi / 2.0, -pi / 2.0, pi)
+"""Headings to try for a hand whose heading does not matter, rad."""
+
 FINGERS_HALF = 0.015
 """Half the thickness of both fingers when they are closed, m."""
 
 POT_REACH = 0.08
 """From the pot's middle to its walls, m."""
+
+PADS_ASIDE = 0.008
+"""Distance from the middle of a thing at which its sides are still between the pads, which are 20 mm wide, m:
+the hand keeps so much farther from what is beside it."""
+
+ASKEW = 0.15
+"""Turn of a hand that closes on a thing a little askew and turns it into its own heading, rad."""
 
 
 def dock(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -232,7 +242,9 @@ def boil(observed: Observation, inputs: Inputs) -> SkillBody:
             if _is_missed(observed, WRAPPER_GRIP * _size(observed)):
                 return
         x, y, z = observed.get("pot_place", _fixture(observed, "pot_position"))
-        observed = yield from _do(observed, _put(pace, (x, y, z + DROP_HEIGHT), OPEN))
+        pot = (x, y, z + DROP_HEIGHT)
+        drops = (_drop(pot, yaw, pace) for yaw in HEADINGS)
+        observed = yield from first_allowed(observed, *drops)
         observed = yield from _look(observed, pace)
     # One that was stirred meanwhile has to lie there for that long again.
     cooked = observed.get("dumplings_cooked")
@@ -303,11 +315,29 @@ def _holds_wrapper(observed: Observation) -> bool:
 
 
 def _take(
-    observed: Observation, pace: float, place: Place, yaw: float, width: float, opened: float = OPEN
+    observed: Observation,
+    pace: float,
+    place: Place,
+    yaw: float,
+    width: float,
+    opened: float = OPEN,
+    *turns: float,
 ) -> Task:
-    """Grip what is at `place` and lift it."""
-    grasp = _grasp(observed, pace, place, yaw, width, DOUGH_FORCE, opened)
-    return (yield from _do(observed, (*grasp, *_rise(place, yaw, min(CARRY_SPEED, pace)))))
+    """Grip what is at `place` and lift it; where that is denied, beside its middle, askew or turned so."""
+
+    def way(aside: float, turn: float) -> Way:
+        heading = yaw + turn
+        beside = (place[0] + aside * cos(yaw), place[1] + aside * sin(yaw), place[2])
+
+        def take(seen: Observation) -> Task:
+            grasp = _grasp(seen, pace, beside, heading, width, DOUGH_FORCE, opened)
+            return (yield from _do(seen, (*grasp, *_rise(beside, heading, min(CARRY_SPEED, pace)))))
+
+        return take
+
+    asides = ((0.0, 0.0), (PADS_ASIDE, 0.0), (-PADS_ASIDE, 0.0))
+    offsets = (*asides, *((0.0, turn) for turn in (ASKEW, -ASKEW, *turns)))
+    return (yield from first_allowed(observed, *(way(*offset) for offset in offsets)))
 
 
 def _is_missed(observed: Observation, width: float) -> bool:
@@ -350,8 +380,10 @@ def _take_filling(observed: Observation, pace: float) -> Task:
     Where it is not held then, look, and grip it once more: by its other sides if there is room, else as the
     new picture shows it.
     """
-    yaw = observed.get("filling_yaw", 0.0)
-    observed = yield from _take(observed, pace, _filling_grasp(observed), yaw, FILLING_GRIP, HALF_OPEN)
+    yaw, place = observed.get("filling_yaw", 0.0), _filling_grasp(observed)
+    across = -pi / 2.0 if yaw > 0.0 else pi / 2.0
+    turns = (across,) if observed.get("filling_free_across") is True else ()
+    observed = yield from _take(observed, pace, place, yaw, FILLING_GRIP, HALF_OPEN, *turns)
     if not _is_missed(observed, FILLING_GRIP):
         return observed
     observed = yield from _look(observed, pace, "filling_position")
@@ -645,25 +677,32 @@ def _grasp(
     )
 
 
-def _put(pace: float, place: Place, opened: float) -> Leg:
+def _put(pace: float, place: Place, opened: float, yaw: float = 0.0) -> Leg:
     """Carry what is held to `place`, set it down and rise."""
     x, y, z = place
+    low, speed = (x, y, max(z + CLEARANCE, LOADED_CLEARANCE)), min(CARRY_SPEED, pace)
     return (
-        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=min(CARRY_SPEED, pace)),
-        act(
-            "move_tool",
-            target=(x, y, max(z + CLEARANCE, LOADED_CLEARANCE)),
-            yaw=0.0,
-            speed=min(CARRY_SPEED, pace),
-        ),
-        act("move_tool", target=(x, y, z), yaw=0.0, speed=NEAR_SPEED),
-        *_release(pace, place, opened),
+        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=speed),
+        act("move_tool", target=low, yaw=yaw, speed=speed),
+        act("move_tool", target=place, yaw=yaw, speed=NEAR_SPEED),
+        *_release(pace, place, opened, yaw),
     )
 
 
-def _release(pace: float, place: Place, opened: float) -> Leg:
+def _drop(place: Place, yaw: float, pace: float) -> Way:
+    """Put down what is held with a turned hand; what was let go stays."""
+
+    def drop(observed: Observation) -> Task:
+        if observed["holding"] is False:
+            return observed
+        return (yield from _do(observed, _put(pace, place, OPEN, yaw)))
+
+    return drop
+
+
+def _release(pace: float, place: Place, opened: float, yaw: float = 0.0) -> Leg:
     """Open the fingers at `place` and rise."""
-    return (act("grip", width=opened, force=DOUGH_FORCE), *_rise(place, 0.0, pace))
+    return (act("grip", width=opened, force=DOUGH_FORCE), *_rise(place, yaw, pace))
 
 
 def _rise(place: Place, yaw: float, speed: float) -> Leg:

@@ -192,6 +192,9 @@ def _step(steps: Any, name: str, moves: bool, ask: DecideBranch) -> Any:
         active_motion=active_motion,
         result=_RUN_RESULT if halts else None,
         is_transient=False,
+        denials=[],
+        is_denial_open=False,
+        is_held_back=False,
         decision_counts=steps.Counter(),
         close_skill=lambda: None,
     )

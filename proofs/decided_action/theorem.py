@@ -241,6 +241,9 @@ def _beginning(code: ModuleSource) -> TheoremObligation:
             pending_legs=deque(),
             decision_counts=Counter(),
             is_transient=False,
+            denials=[],
+            is_denial_open=False,
+            is_held_back=False,
             active_motion=None,
         )
         ending = scheduler.StepControl(context, clean_up)._decide_and_begin(step, _ASKED)

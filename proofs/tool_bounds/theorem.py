@@ -429,8 +429,8 @@ THEOREM = Theorem(
             "takes-the-last-control-points-for-all",
             "span",
             BEZIER,
-            "high = [max(values) for values",
-            "high = [values[-1] for values",
+            "max(values)) for values",
+            "values[-1]) for values",
         ),
         Mutant(
             "counts-pairs-once",

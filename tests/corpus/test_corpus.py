@@ -36,6 +36,7 @@ from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from aeros.spec.verification.reports import Report, SubjectReport
 from aeros.spec.verification.verify import verify
+from tests.declared_types import mistyped_fields
 
 CORPUS = Path(__file__).parent
 CASES = sorted(
@@ -151,6 +152,15 @@ def test_the_case_is_judged_as_its_header_says_and_every_witness_replays(path: P
         pytest.fail("the golden file was rewritten: read the difference, then run without the variable")
     assert shown == case.golden.read_text(encoding="utf-8")
     check_witnesses(outcome.report)
+    check_types(outcome.report)
+
+
+def check_types(report: Report) -> None:
+    """Check the fields of what each kind of claim would report, whether or not it fails."""
+    for subject in report.subjects:
+        of_kind = {one.obligation.id.form: one.obligation for one in subject.findings}
+        reported = [one.diagnostic for one in subject.static_claims if one.diagnostic is not None]
+        assert [text for one in (*of_kind.values(), *reported) for text in mistyped_fields(one)] == []
 
 
 def check_witnesses(report: Report) -> None:

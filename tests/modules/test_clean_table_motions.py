@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import runpy
 from collections.abc import Generator
+from contextlib import suppress
 from math import pi
 from types import SimpleNamespace
 
 import pytest
 
-from aeros.skill import Action, Observation
+from aeros.skill import Action, ActionDenied, Observation
 
 skills = SimpleNamespace(**runpy.run_module("ecms.clean_table.skills"))
 """The skills' code, which stays unimported as other tests run it."""
@@ -255,3 +256,30 @@ def test_a_sponge_that_the_fingers_miss_is_gripped_once_more_deeper_and_none_is_
     at_rest = [one.parameters["target"] for one in done if one.kind == "move_tool"]
     is_put_back = any(target[2] == pytest.approx(0.048) for target in at_rest)
     assert is_put_back is is_used
+
+
+def headings_denied(task: Generator[Action, Observation, object], observed: Observation) -> list[float]:
+    """Headings of a hand that may not come below 0.1 m, in the order of trial."""
+    yaws, action = list[float](), next(task)
+    with suppress(ActionDenied):
+        while len(yaws) < 30:
+            low = action.kind == "move_tool" and action.parameters["target"][2] < 0.1
+            if low:
+                yaws.append(action.parameters["yaw"])
+            action = task.throw(ActionDenied("too near", observed)) if low else task.send(observed)
+    return yaws
+
+
+def test_a_grip_that_is_denied_is_tried_beside_the_middle_then_turned() -> None:
+    observed = {**piece(0.5, -1.2, yaw=0.3), "clutter_free_across": True}
+    across = 0.3 - pi / 2.0
+    assert headings_denied(skills._lift_clutter(observed, PACE), observed) == pytest.approx(
+        [0.3, 0.3, 0.3, 0.3 - pi, across, across, across, across + pi]
+    )
+    narrow = {**observed, "clutter_free_across": False}
+    assert len(headings_denied(skills._lift_clutter(narrow, PACE), narrow)) == 4
+
+
+def test_a_bin_and_a_rest_that_are_denied_one_heading_are_tried_at_another() -> None:
+    held = {**piece(0.5, -1.2), "holding": True, "tool_position": (0.5, -1.2, 0.2)}
+    assert headings_denied(skills._return_sponge(held, PACE), held) == pytest.approx([0.0, pi])

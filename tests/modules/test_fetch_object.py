@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import runpy
 from contextlib import suppress
+from dataclasses import replace
 from math import copysign, cos, dist, pi, sin
 from typing import Any
 
@@ -12,11 +13,12 @@ import pytest
 
 from aeros.perception import Picture
 from aeros.sim.geometry import Camera, Vector3
-from aeros.skill import Action
+from aeros.skill import Action, ActionDenied
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
+from ecms.fetch_object import perceivers
 from tests.modules.looking import GREY, Put, Top, Watched, as_picture, draw
 
 ABOVE = Camera(eye=(0.5, 0.1, 1.5), target=(0.5, 0.1, 0.0), up=(1.0, 0.0, 0.0), field_of_view=40.0)
@@ -549,3 +551,125 @@ def test_an_object_that_the_fingers_miss_is_gripped_once_more_by_its_other_sides
     actions = actions_of("grasp", {**known, **observed})
     closed = [at for at, one in enumerate(actions) if one.kind == "grip" and one.parameters["width"] < 0.05]
     assert [actions[at - 1].parameters["yaw"] for at in closed] == pytest.approx(headings)
+
+
+OVER_AISLE = Camera(eye=(0.2, -1.0, 3.0), target=(0.2, -1.0, 0.0), up=(1.0, 0.0, 0.0), field_of_view=59.0)
+"""Over the floor, 300 mm below the arm's base; its picture is 14 mm a pixel, as in the reference cell."""
+
+ON_FLOOR = Top(0.3, -0.9, 0.08, (0.022, 0.0), RED, is_round=True)
+BASE = {"base_position": (-0.4, 0.2, 0.3)}
+
+
+def from_above(*tops: Top) -> Any:
+    watched = Watched("fetch_object", "find_object", {**WANTED, **SURVEY, **BASE})
+    return watched.see(0.0, draw(OVER_AISLE, tops, name="aisle_top", ground=GREY))
+
+
+def test_the_camera_over_the_aisle_finds_a_can_on_the_floor() -> None:
+    found = from_above(ON_FLOOR)
+    assert (found["object_seen"], found["object_lying"], found["object_free"]) == (True, False, True)
+    assert found["object_position"] == pytest.approx((0.3, -0.9, 0.04), abs=0.012)
+
+
+def test_it_sees_how_a_can_lies() -> None:
+    found = from_above(Top(0.3, -0.9, 0.044, (0.04, 0.022), RED, yaw=0.6))
+    assert found["object_lying"] is True
+    assert found["object_yaw"] == pytest.approx(0.6, abs=0.25)
+    assert found["object_position"] == pytest.approx((0.3, -0.9, 0.022), abs=0.012)
+
+
+@pytest.mark.parametrize(
+    "top",
+    [
+        ON_FLOOR._replace(z=0.5),
+        ON_FLOOR._replace(x=-0.3, y=0.2),
+        ON_FLOOR._replace(colour=(40, 30, 200)),
+        ON_FLOOR._replace(half=(0.2, 0.0)),
+    ],
+    ids=["on a stand", "at the carriage", "blue", "too large"],
+)
+def test_the_mast_decides_about_all_but_a_can_on_the_floor(top: Top) -> None:
+    found = from_above(top)
+    assert "object_seen" not in found
+    if top.colour == RED:
+        assert found == {}, "what may be the can counts for no look either"
+
+
+def test_a_mast_that_does_not_show_the_place_takes_no_can_away_and_one_that_shows_it_does() -> None:
+    watched = Watched("fetch_object", "find_object", {**WANTED, **SURVEY, **BASE})
+    watched.see(0.0, draw(OVER_AISLE, [ON_FLOOR], name="aisle_top", ground=GREY))
+    aside = replace(ABOVE, eye=(0.5, 0.9, 1.5), target=(0.5, 0.9, 0.0))
+    assert watched.see(1.0, draw(aside, [], name="mast", time=1.0))["object_seen"] is True
+    there = replace(ABOVE, eye=(0.3, -0.9, 1.5), target=(0.3, -0.9, 0.0))
+    assert watched.see(2.0, draw(there, [], name="mast", time=2.0))["object_seen"] is False
+
+
+def test_a_can_that_only_the_camera_over_the_aisle_saw_is_looked_for_there_again() -> None:
+    watched = Watched("fetch_object", "find_object", {**WANTED, **SURVEY, **BASE})
+    for time, tops in enumerate(([ON_FLOOR], [ON_FLOOR._replace(y=-1.2)], [])):
+        found = watched.see(float(time), draw(OVER_AISLE, tops, name="aisle_top", time=time, ground=GREY))
+        assert found["object_seen"] is bool(tops)
+        if tops:
+            assert found["object_position"] == pytest.approx((0.3, tops[0].y, 0.04), abs=0.012)
+            assert found["object_searched"] == 0.0
+    assert found["object_searched"] > 0.1
+
+
+def test_grey_floor_at_the_robot_counts_as_searched_for_no_grey_object() -> None:
+    picture = draw(OVER_AISLE, [], name="aisle_top", ground=GREY)
+    stands = np.array([place[:2] for place in SURVEY.values()])
+    red, grey = (
+        perceivers.Kind("cylinder", (0.02, 0.08), RED),
+        perceivers.Kind("cylinder", (0.02, 0.08), GREY),
+    )
+    given = {"base_position": (0.1, -0.9, 0.3), "tool_position": (0.5, -0.9, 0.6)}
+    cells = [perceivers._floor_cells(picture, kind, stands, given) for kind in (red, grey)]
+    assert cells[1] < cells[0]
+
+
+@pytest.mark.parametrize("x", [-0.45, -0.2])
+def test_the_base_stands_beside_an_object_in_the_aisle(x: float) -> None:
+    found = tracked(1.0, object_seen=True, object_seen_time=1.0, object_position=(x, 0.7, 0.0))
+    u, v, _ = found["station_position"]
+    assert u == -0.595
+    assert dist((u, v), (x, 0.7)) == pytest.approx(0.58)
+    assert (v > 0.7, found["object_out_of_reach"]) == (True, False)
+
+
+def test_a_grip_that_is_denied_is_tried_turned_then_beside_the_middle_then_from_elsewhere() -> None:
+    observed: dict[str, Any] = {
+        "tool_position": (0.3, 0.0, 0.5),
+        "base_position": (0.0, 2.0, 0.0),
+        "object_position": (0.5, 2.0, 0.1),
+        "object_yaw": 0.0,
+        "object_free": True,
+        "object_grip_height": 0.012,
+        "object_free_across": True,
+        "object_lying": False,
+        "holding": False,
+    }
+    body = runpy.run_module("ecms.fetch_object.skills")["grasp"](observed, {"hand_speed": 0.45})
+    yaws, stations = list[float](), list[tuple[float, float]]()
+    action = next(body)
+    with suppress(ActionDenied):
+        while len(yaws) < 30:
+            if action.kind == "move_base":
+                stations.append((action.parameters["x"], action.parameters["y"]))
+            low = action.kind == "move_tool" and action.parameters["target"][2] < 0.3
+            if low:
+                yaws.append(action.parameters["yaw"])
+            action = body.throw(ActionDenied("too near", observed)) if low else body.send(observed)
+    grips = [0.0, *[pi / 2.0] * 3, 0.0, 0.0]
+    assert yaws == pytest.approx([*grips * 3, pi, -pi / 2.0])
+    assert [y for _, y in stations] == pytest.approx([2.4, 1.6])
+    assert all(dist((x, y), (0.5, 2.0)) <= 0.62 for x, y in stations)
+
+
+def test_a_place_that_is_too_old_by_the_turn_of_a_grip_is_looked_at_again() -> None:
+    skills = runpy.run_module("ecms.fetch_object.skills")
+    observed = {"tool_position": (0.3, 0.0, 0.5), "base_position": (0.0, 0.0, 0.0), "holding": False}
+    body = skills["_grip"](observed, 0.45, 0.0)
+    asked = [next(body), body.send(observed)]
+    assert asked[-1].parameters == {"camera": "mast"}
+    with pytest.raises(StopIteration):
+        body.send(observed)

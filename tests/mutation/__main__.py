@@ -165,7 +165,8 @@ def main() -> int:
     if given.command == "count":
         _Campaign(read_areas()[given.area]).results.write()
         return 0
-    table, holds = summary_table([given.area] if given.area else list(read_areas()))
+    areas = [one for one in read_areas().values() if given.area in (None, one.name)]
+    table, holds = summary_table(areas)
     sys.stdout.write(table)
     return 0 if holds else 1
 

@@ -17,12 +17,14 @@ class Area:
         code: patterns of paths of its code.
         tests: files and folders of its tests.
         warm: cached functions of tests, `module:function`, to be called before the first fork.
+        floor: percent of the tried mutants that must be killed; equivalent ones count as not killed.
     """
 
     name: str
     code: tuple[str, ...]
     tests: tuple[str, ...]
     warm: tuple[str, ...] = ()
+    floor: float = 95.0
 
     def warm_up(self) -> None:
         """Call what tests would compute anew in each fork, by code of other areas."""
@@ -48,6 +50,8 @@ def read_areas() -> dict[str, Area]:
     """Read `areas.toml`."""
     text = Path(__file__).with_name("areas.toml").read_text(encoding="utf-8")
     return {
-        name: Area(name, tuple(one["code"]), tuple(one["tests"]), tuple(one.get("warm", ())))
+        name: Area(
+            name, tuple(one["code"]), tuple(one["tests"]), tuple(one.get("warm", ())), one.get("floor", 95.0)
+        )
         for name, one in tomllib.loads(text).items()
     }

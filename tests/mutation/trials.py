@@ -6,12 +6,13 @@ No test has run in the process that forks, so nothing that one test keeps for an
 from __future__ import annotations
 
 import os
+import re
 import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Iterable, Sequence
+from functools import cache, partial
 from pathlib import Path
 from typing import Final, TextIO
 
@@ -28,6 +29,9 @@ from tests.mutation.results import KILLED, LATE, SAME, SURVIVED, AreaResults, Ou
 
 _TOO_LONG: Final = 20
 """Seconds of the processor after which a test is not used."""
+
+_FEW: Final = 4
+"""Tests of whole cases that are tried before those of the unit's own test file."""
 
 _EVERY: Final = 20
 """Seconds between writes of the results."""
@@ -123,8 +127,9 @@ class Trials(QuickReports):
         killers = [test for test in self._killers[mutant.unit.key] if test in fit]
         mirror = f"test_{Path(file).stem}"
         about = [test for test in reaching if mirror in test]
+        showing = _cases_with(_words(file, *mutant.lines), reaching)
         chosen = [test for test in reaching if any(part in test for part in self._first)]
-        return list(dict.fromkeys([*chosen, *killers, *about, *reaching]))
+        return list(dict.fromkeys([*chosen, *killers, *showing[:_FEW], *about, *showing, *reaching]))
 
     def _try(self, mutant: CodeMutant, tests: Sequence[str], pipe: TextIO) -> None:
         self._live.install(mutant)
@@ -204,6 +209,28 @@ class Trials(QuickReports):
             lines = data.lines(path)
             if lines:
                 pipe.write(f"{Path(path).relative_to(Path.cwd())} {' '.join(map(str, lines))}\n")
+
+
+@cache
+def _words(file: str, first: int, last: int) -> frozenset[str]:
+    """Return the longer parts of the texts on these lines of a file, without what a format puts in."""
+    code = "\n".join(Path(file).read_text("utf-8").splitlines()[first - 1 : last])
+    texts = re.findall(r"\"((?:[^\"\\\n]|\\.)*)\"", code)
+    return frozenset(part.strip() for one in texts for part in re.split(r"\{.*?\}", one) if len(part) > 4)
+
+
+@cache
+def _expected_text(test: str) -> str:
+    """Return what a test on a folder compares with."""
+    file, _, case = test.removesuffix("]").partition("[")
+    expected = Path(file.partition("::")[0]).parent / case / "expected.txt"
+    return expected.read_text("utf-8") if expected.is_file() else ""
+
+
+def _cases_with(words: frozenset[str], tests: Iterable[str]) -> list[str]:
+    """Choose the tests that compare with some of these words, those with most of them first."""
+    counts = {test: sum(word in _expected_text(test) for word in words) for test in tests} if words else {}
+    return sorted((test for test, count in counts.items() if count), key=lambda test: -counts[test])
 
 
 def _say(text: str) -> None:

@@ -89,11 +89,11 @@ class _TracedRun:
         self._ways = ways
         self._files = files
 
-    def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
+    def resume(self, observation: Observation, seconds: float, denial: str = "") -> Action | SkillRunResult:
         if self._ways:
             self._ways[-1][1].update(self._files)
         self._files.clear()
-        answer = self._run.resume(observation, seconds)
+        answer = self._run.resume(observation, seconds, denial)
         if isinstance(answer, Action):
             self._ways.append((answer.kind, set()))
         return answer

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from aeros.agent.execution.attempt import AttemptResult
 from aeros.agent.execution.progress import PlanProgress, StepPath
+from aeros.agent.execution.repeats import MOST_OF_A_KIND
 from aeros.agent.execution.waiting import Wait
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.agent.world.values import to_json_value
@@ -54,6 +55,8 @@ class PlanFailure:
 
 def failure_of_attempt(step: PlanStep, attempt: AttemptResult, denied: set[str]) -> PlanFailure:
     """Return the failure of a step; note a denied request, as its second denial is final.
+
+    The first is final if it was denied in several ways, between which the skill looked again.
 
     Args:
         step: the step.
@@ -94,6 +97,8 @@ def failure_of_attempt(step: PlanStep, attempt: AttemptResult, denied: set[str])
     request = json.dumps([ran_by.module, ran_by.skill, inputs], sort_keys=True)
     if request in denied:
         return PlanFailure(f"{name} was denied a second time: {why}", is_final=True)
+    if attempt.record is not None and attempt.record.denied >= MOST_OF_A_KIND:
+        return PlanFailure(f"{name} was denied in every way that it knows: {why}", is_final=True)
     denied.add(request)
     return PlanFailure(f"{name} was denied: {why}")
 

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
+from typing import Final
 
+from aeros.agent.instructions import english
 from aeros.agent.instructions.conditions import find_condition
+from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.grammar import check_scopes
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Errand
@@ -13,6 +17,7 @@ from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.requests import read_request
 from aeros.agent.instructions.segments import COMMA, Link, Mood, Segment, Sentence
 from aeros.agent.instructions.sentences.clauses import segments_of
+from aeros.agent.instructions.sentences.run_ons import without_run_ons
 
 
 def scoped(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> Sentence:
@@ -31,6 +36,7 @@ def scoped(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Sequence[Er
         InstructionError: a scope or an order is not certain.
     """
     sentence = tuple(part for one in sentence for part in _without_comma(one, tasks))
+    sentence = _with_new_requests(without_run_ons(sentence, tasks), tasks)
     try:
         return check_scopes(sentence)
     except InstructionError:
@@ -47,6 +53,26 @@ def scoped(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Sequence[Er
         if joined is None:
             raise
         return check_scopes(joined)
+
+
+def _with_new_requests(sentence: Sentence, tasks: Sequence[TaskPhrases]) -> Sentence:
+    """Mark the request of `skip the teas and wipe the table`: what is skipped is a thing, and no act."""
+    marked = list(sentence)
+    for at, (before, segment) in enumerate(pairwise(sentence), 1):
+        is_of_thing = before.mood is Mood.PROHIBITION and before.marker[0] in _OF_THINGS
+        if not is_of_thing or segment.mood is not Mood.REQUEST or english.is_gerund(segment.words[0]):
+            continue
+        things = [cover(entry, before.words, knows_pronoun=False) for entry in tasks]
+        acts = [cover(entry, segment.words, knows_pronoun=False) for entry in tasks]
+        if any(one.is_object_alone for one in things) and any(
+            one.is_whole and not one.starts_with_object for one in acts
+        ):
+            marked[at] = replace(segment, is_new=True)
+    return tuple(marked)
+
+
+_OF_THINGS: Final = frozenset({"cancel", "forget", "hold", "no", "omit", "skip"})
+"""First words of prohibitions of a thing, as in `no teas`."""
 
 
 def _without_comma(segment: Segment, tasks: Sequence[TaskPhrases]) -> Sentence:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from typing import Final
 
 from aeros.agent.instructions import english
@@ -16,23 +17,7 @@ from aeros.spec.expr import terms as t
 _CONTRACTED: Final = {"isn": "is", "aren": "are", "wasn": "was", "hasn": "has"}
 """Verbs before a contracted `not`, as in `isn't`."""
 
-_UNSTRESSED: Final = frozenset(
-    {
-        "yet",
-        "still",
-        "currently",
-        "again",
-        "all",
-        "any",
-        "so",
-        "very",
-        "quite",
-        "actually",
-        "indeed",
-        "pretty",
-        "totally",
-    }
-)
+_UNSTRESSED: Final = frozenset({"yet", "still", "currently", "again", "all", "any", "actually", "indeed"})
 _BE: Final = ("is",)
 
 
@@ -91,6 +76,9 @@ def _declared(spoken: Words, entry: TaskPhrases, *, is_own: bool) -> FoundCondit
         subject = next((one for one in entry.objects if words[: len(one)] == one), ())
         rest = words[len(subject) :]
         shorter = {("it", *rest), ("they", *rest), rest[1:]} if subject and is_own else set()
+        names_object = bool(subject) or any(words[-len(one) :] == one for one in entry.objects)
+        if not names_object and not is_own and entry.objects:
+            continue  # `if needed` is of the request that it stands with
         if words and not subject and words[0] not in ("it", "there"):
             shorter.add(("it", *_BE, *words))  # `if it is needed`
         place = next((words[: -len(one) - 1] for one in entry.objects if words[-len(one) :] == one), ())
@@ -113,9 +101,12 @@ def _plain(words: Words) -> Words:
         if verb in _CONTRACTED and words[at + 1 : at + 2] == ("t",):
             words = (*words[:at], _CONTRACTED[verb], "not", *words[at + 2 :])
             break
+    if ("no", "longer") in pairwise(words):
+        at = words.index("longer") - 1
+        words = (*words[:at], "not", *words[at + 2 :])
     plain: list[str] = []
     at = 0
-    ignored = english.DETERMINERS | english.FILLERS | _UNSTRESSED
+    ignored = (english.DETERMINERS | english.FILLERS | _UNSTRESSED) - english.DEGREES
     while at < len(words):
         being = english.BEING.starting(words, at) if plain or at else ()
         if being:

@@ -85,7 +85,7 @@ class Coverage:
             True if the same task is asked for again, with that object.
         """
         is_same = last is not None and self.entry.routed.covers(last)
-        if is_same and self.places_it:
+        if is_same and (self.places_it or self._is_place_alone):
             return True
         return is_same and self.is_object_alone and (self.values.is_specific or self.values.names_part)
 
@@ -102,6 +102,13 @@ class Coverage:
         leaves_nothing = not (self.unknown or self.counts or self.repetitions or self.values.fault)
         is_whole = self.puts and bool(self.entry.objects) and leaves_nothing
         return is_whole and not self.objects and self.values.names_place and not self.describes_place
+
+    @property
+    def _is_place_alone(self) -> bool:
+        """True for `to the left`, without the object of the request before."""
+        is_more = self.triggers or self.objects or self.unknown or self.counts or self.repetitions
+        is_place = self.says_to and self.values.names_place and not self.describes_place
+        return is_place and bool(self.entry.objects) and not (is_more or self.values.fault)
 
     @property
     def puts(self) -> bool:

@@ -7,7 +7,12 @@ from functools import partial
 from typing import Final
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.arguments import StatedValues, ValuePhrase, counted_parameter
+from aeros.agent.instructions.arguments import (
+    StatedValues,
+    ValuePhrase,
+    counted_parameter,
+    is_object,
+)
 from aeros.agent.instructions.coverage import ONE, Coverage
 from aeros.agent.instructions.lexicon import TaskPhrases, plural_objects, universal_noun
 from aeros.agent.instructions.phrases import Words
@@ -15,6 +20,32 @@ from aeros.spec.diagnostics.codes import quoted
 
 _LOOSE_PARTICLES: Final = frozenset({"across", "along", "over", "round", "through", "up"})
 """Particles that change no verb into its opposite, as `back` and `away` may."""
+_UPRIGHT: Final = ("right", "side", "up")
+_OF_SPEAKERS: Final = (("my",), ("our",), ("his",), ("her",), ("their",))
+_SIDES: Final = frozenset({"left", "right"})
+_NO_SIDE: Final = tuple(
+    (word,)
+    for word in (
+        "after",
+        "alone",
+        "away",
+        "back",
+        "behind",
+        "before",
+        "here",
+        "now",
+        "off",
+        "out",
+        "over",
+        "then",
+    )
+)
+"""Words after `left` and `right` with which they name no side."""
+
+_TO_PLACES: Final = english.POSITIONS | english.DIRECTIONS
+_BEFORE_NOUNS: Final = frozenset({"a", "an", "little", "my", "our", "single", "some", "the", "your"})
+"""Determiners that say nothing without a noun, or say another thing."""
+
 _ABOUT: Final = (("for",), ("on",))
 
 
@@ -120,6 +151,11 @@ class _Cover(_CoveredWords):
         words = self._words
         found, length = self._entry.longest(words, at, is_perfect=self._is_perfect)
         value = self._entry.value_phrase(words, at, more_than=length - 1, is_perfect=self._is_perfect)
+        is_preposition = length == 1 and found is self._entry.extras and words[at] in _TO_PLACES
+        if is_preposition and not _leads(self._entry, words, at):
+            found, length = (), 0
+        if value is not None and words[at] in _SIDES and _is_no_side(words, at, value, self._triggers):
+            return 0
         if value is not None:
             self._stated.add(value)
             length = len(value.words)
@@ -163,10 +199,13 @@ class _Cover(_CoveredWords):
         following = self._entry.value_phrase(words, end)
         is_of_object = following is not None and not following.is_place
         is_of_object = is_of_object or self._entry.longest(words, end)[0] is self._entry.objects
-        if value.values == {default} or _says_which_one(self._entry, value):
+        if _says_which_one(self._entry, value):
             return
-        if before < at - 1 and is_of_object:
+        is_bare = before == at - 1 == end - 2 and (at == 0 or words[before] not in _TO_PLACES)
+        if (before < at - 1 or is_bare) and is_of_object:
             self._stated.fault = f"{quoted(words[at])} may say which one, or where to"
+        elif value.values == {default}:
+            return
         elif before >= 0 and words[before] in english.POSITIONS and not value.names_object:
             is_of_place = self._entry.longest(words, end)[0] is self._entry.extras
             self._describes_place = self._describes_place or not is_of_place
@@ -191,6 +230,9 @@ class _Cover(_CoveredWords):
         following = self._entry.value_phrase(self._words, at + 1)
         if following is None or not following.is_place:
             return 0
+        is_relative = any(map(is_object, self._entry.routed.task.parameters.values()))
+        if is_relative and self._words[at] != "s":
+            return 0  # `put the cup to its left`: to the left of what was named before
         is_of_thing = self._words[at] == "s" and self._last in (self._objects, self._entry.extras)
         is_known = self._knows_pronoun or bool(self._objects)
         return int(is_of_thing or (self._words[at] in ("its", "their") and is_known))
@@ -284,6 +326,15 @@ class _Cover(_CoveredWords):
 
     def _unstressed(self, at: int) -> int:
         word = self._words[at]
+        following = self._words[at + 1 : at + 2]
+        if word == "some" and following == ("of",):
+            return 0  # `clean some of it`
+        if word in _LOOSE_PARTICLES and english.number_of("".join(following)) is not None:
+            return 0  # `over two`
+        if word == "too" and self._entry.longest(self._words, at + 1)[0] is self._entry.objects:
+            return 0  # `make too teas`, by sound
+        if word in _BEFORE_NOUNS and english.DETERMINERS.issuperset(self._words[at:]):
+            return 0  # `clean it a little`
         if word in english.FILLERS or word in english.DETERMINERS:
             self._partial += [word] if word in english.PARTIAL_DETERMINERS else []
             return 1
@@ -314,6 +365,34 @@ class _Cover(_CoveredWords):
         return 0
 
 
+def _is_no_side(words: Words, at: int, value: ValuePhrase, triggers: Collection[Words]) -> bool:
+    """Return True for `right now`, `left over`, `my left`, `right side up` and the end of `wipe it right`."""
+    before = words[at - 1 : at]
+    if words[at : at + 3] == _UPRIGHT or before in _OF_SPEAKERS:
+        return True
+    if len(value.words) > 1:
+        return False
+    verbs = {form for one in triggers for form in english.base_forms(one[0])}
+    is_put = not verbs or not english.PUTTING_VERBS.isdisjoint(verbs)
+    is_named = before[:1] and before[0] in _TO_PLACES | english.DETERMINERS | english.PLACE_NOUNS
+    # `wipe the table right`
+    is_manner = at + 1 == len(words) and words[at] == "right" and not is_put and not is_named
+    return is_manner or words[at + 1 : at + 2] in _NO_SIDE
+
+
+def _leads(entry: TaskPhrases, words: Words, at: int) -> bool:
+    """Return True if a preposition leads to something: `on the left`, and not the one of `pick on it`."""
+    end = _after(words, at + 1, english.DETERMINERS | english.POSSESSIVES | english.POSITIONS)
+    value = entry.value_phrase(words, end)
+    if value is not None and not value.names_object:
+        return True
+    found = entry.longest(words, end)[0]
+    acts_on_one = not any(map(is_object, entry.routed.task.parameters.values()))
+    is_of_it = found is entry.objects and acts_on_one  # `do a clean on the table`
+    is_of_act = found is entry.triggers and words[at] == "to"
+    return is_of_it or is_of_act or found is entry.extras
+
+
 def _labelled_number(words: Words, at: int, name: str) -> int:
     """Return the place of the number behind a parameter's name, as in `with a quantity of two`; else `at`."""
     begin = at + (words[at] in ("with", "in", "a"))
@@ -321,6 +400,8 @@ def _labelled_number(words: Words, at: int, name: str) -> int:
     if not words[begin : begin + 1] or words[begin] not in english.COUNT_NOUNS | {name}:
         return at
     found = begin + 1 + (words[begin + 1 : begin + 2] == ("of",))
+    if words[begin] == "number" and found == begin + 1:
+        return at  # `tea number two` is the second
     return found if found < len(words) and english.number_of(words[found]) is not None else at
 
 

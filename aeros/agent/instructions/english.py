@@ -51,10 +51,13 @@ DETERMINERS: Final = _words("determiners")
 PARTIAL_DETERMINERS: Final = _words("partial_determiners")
 EACH_DETERMINERS: Final = _words("each_determiners")
 FILLERS: Final = _words("fillers")
+HEDGES: Final = _words("hedges")
+DEGREES: Final = _words("degrees")
 HESITATIONS: Final = _words("hesitations")
 ASIDES: Final = _phrases("asides")
 CORRECTIONS: Final = _phrases("corrections")
 WEAK_CORRECTIONS: Final = _phrases("weak_corrections")
+VALUE_CORRECTIONS: Final = _phrases("value_corrections")
 PRONOUNS: Final = _words("pronouns")
 PART_PRONOUNS: Final = _words("part_pronouns")
 WHOLE_PRONOUNS: Final = _phrases("whole_pronouns")
@@ -72,6 +75,7 @@ SEQUENCE: Final = _phrases("sequence")
 REVERSED: Final = _phrases("reversed")
 PROHIBITIONS: Final = _phrases("prohibitions")
 CONDITIONALS: Final = _phrases("conditionals")
+CONCESSIONS: Final = _phrases("concessions")
 DURATIONS: Final = _phrases("durations")
 FINDINGS: Final = _phrases("findings")
 TIME_CONDITIONALS: Final = _phrases("time_conditionals")
@@ -184,6 +188,18 @@ def respelt(words: Words) -> Words:
     """
     spelt = ("please" if _LONG_PLEASE.fullmatch(word) else _MISSPELT.get(word, word) for word in words)
     return tuple(word for text in spelt for word in text.split())
+
+
+def is_gerund(word: str) -> bool:
+    """Say if a word is an -ing form: `wiping`, and not `bring`.
+
+    Args:
+        word: one normalized word.
+
+    Returns:
+        True if it is one, by its letters.
+    """
+    return word.endswith("ing") and any(letter in "aeiouy" for letter in word[:-3])
 
 
 def is_plural(word: str) -> bool:

@@ -100,6 +100,7 @@ def _turned(before: Sentence, sentence: Sentence) -> Sentence:
 
 
 def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sentence:
+    _require_no_hedge(tokens, is_question=is_question)
     link = english.SENTENCE_OPENERS.starting(tokens)
     link = () if len(english.LEADING.starting(tokens)) > len(link) else link
     # At the very start, `later` is a time, and links nothing.
@@ -225,6 +226,19 @@ def _without_greeting(tokens: Words) -> Words:
     return tokens[end + 1 :] if end and not rest and not english.SENTENCE_TURNS.starting(tokens) else tokens
 
 
+def _require_no_hedge(tokens: Words, *, is_question: bool) -> None:
+    """Require that `maybe` is courtesy, as in `maybe you could make a tea?`.
+
+    Raises:
+        InstructionError: it leaves open if the thing is wanted, as in `maybe make a tea`.
+    """
+    is_asked = any(pair in _ASKED for pair in pairwise(tokens))
+    is_courteous = is_question or is_asked or not _POLITE.isdisjoint(tokens)
+    hedge = next((word for word in tokens if word in english.HEDGES), "")
+    if hedge and not is_courteous:
+        raise InstructionError(f"{quoted(hedge)} leaves open if {quoted(' '.join(tokens))} is wanted")
+
+
 _AFTERWARDS: Final = frozenset({f"{COMMA} after", f"{COMMA} after you"})
 _LATER: Final = ("later",)
 _THANKS: Final = frozenset({"thank", "thanks"})
@@ -258,7 +272,7 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool, has_reas
         InstructionError: it is one.
     """
     asked = strip_openers(tokens)
-    is_definite = any(word in _DEFINITE for word in asked)
+    is_definite = any(word in _DEFINITE or _is_several(word) for word in asked)
     opener = english.OPENERS.starting(whole)
     asks_ability = opener in english.ABILITY and tokens == whole and not is_definite and not has_reason
     # `the block, could you fetch it?`
@@ -267,7 +281,8 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool, has_reas
     was_polite = (asked != whole or asks_later) and not asks_ability
     causative = english.CAUSATIVES.starting(asked)
     is_wish = bool(english.WISHES.starting(asked)) or len(causative) > 1 or causative == ("could",)
-    is_asked_for = not is_question or asked != tokens
+    # `have a look at it, would you?`
+    is_asked_for = not is_question or asked != tokens or whole[-2:] in _ASKED
     is_causative = asked[:1] == ("have",) and asked[1:2] not in _ADDRESSED and is_asked_for
     starts_question = bool(asked) and asked[0] in english.QUESTIONS and not is_causative
     # `do i need tea?`
@@ -278,6 +293,12 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool, has_reas
 
 
 _ADDRESSED: Final = (("you",), ("i",), ("we",), ("they",), ("he",), ("she",), ("it",))
+
+
+def _is_several(word: str) -> bool:
+    return (english.number_of(word) or 0) > 1
+
+
 _DEFINITE: Final = frozenset(
     {"the", "this", "that", "these", "those", "my", "our", "your", "me", "us", "it", "them"}
 )
@@ -301,13 +322,15 @@ def check_scopes(sentence: Sentence) -> Sentence:
             raise InstructionError(
                 f"{quoted(f'{before.text} {segment.text}')} negates twice, which is not understood"
             )
+        if segment.mood is Mood.PROHIBITION and segment.joint.split()[:1] == ["before"]:
+            raise InstructionError(f"{quoted(f'{segment.joint} {segment.text}')} says no order")
         if before.mood is Mood.PROHIBITION and segment.mood is Mood.REQUEST:
             ends_itself = before.marker[:2] in _BOUNDED and segment.joint == COMMA
             # `stop making tea and clean the table`
             is_gerund = (
-                before.marker in _BEFORE_GERUND and before.words[:1] and before.words[0].endswith("ing")
+                before.marker in _BEFORE_GERUND and before.words[:1] and english.is_gerund(before.words[0])
             )
-            ends_itself |= bool(is_gerund) and not segment.words[0].endswith("ing")
+            ends_itself |= bool(is_gerund) and not english.is_gerund(segment.words[0])
             if segment.link is not Link.THEN and not ends_itself and not segment.is_new:
                 raise InstructionError(
                     f"{quoted(before.text)}, {quoted(segment.text)}: is the second wanted, or prohibited, "
@@ -337,8 +360,16 @@ def check_scopes(sentence: Sentence) -> Sentence:
     return sentence
 
 
-_BEFORE_GERUND: Final = (("stop",), ("quit",), ("cease",), ("avoid",), ("without",))
+_BEFORE_GERUND: Final = (("skip",), ("stop",), ("quit",), ("cease",), ("avoid",), ("without",))
 _BOUNDED: Final = frozenset(
-    {("instead", "of"), ("rather", "than"), ("without",), ("not",), ("never", "mind"), ("forget", "about")}
+    {
+        ("instead", "of"),
+        ("rather", "than"),
+        ("in", "place"),
+        ("without",),
+        ("not",),
+        ("never", "mind"),
+        ("forget", "about"),
+    }
 )
 """Prohibitions that end at the next comma."""

@@ -13,7 +13,7 @@ from functools import lru_cache
 from typing import Final, TypeAlias
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.arguments import ValuePhrase, value_phrases
+from aeros.agent.instructions.arguments import ValuePhrase, counted_parameter, value_phrases
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.words import expanded, normalized_words
@@ -75,6 +75,7 @@ class TaskPhrases:
         if at >= len(words):
             return None
         begins = _declared_words(words[at], is_perfect=is_perfect)
+        is_done_once = counted_parameter(self.routed.task) is None
         return next(
             (
                 one
@@ -82,6 +83,7 @@ class TaskPhrases:
                 if one.words[0] in begins
                 and len(one.words) > more_than
                 and not (one.is_place and len(one.words) == 1 and _is_verb_at(words, at))
+                and not (is_done_once and one.names_object and _is_of_several(one.words, words, at))
                 and _stands_at(one.words, words, at, is_perfect=is_perfect, is_verb=False)
             ),
             None,
@@ -219,6 +221,12 @@ def _longest_with_articles(index: _Index, words: Words, at: int) -> int:
         default=0,
     )
     return bare[length - 1] - at + 1 if length else 0
+
+
+def _is_of_several(phrase: Words, words: Words, at: int) -> bool:
+    """Return True for `cups` where a value is `cup`: one thing, and no more, is what it stands for."""
+    last = "".join(words[at + len(phrase) - 1 : at + len(phrase)])
+    return english.is_plural(last) and not english.is_plural(phrase[-1])
 
 
 def _is_verb_at(words: Words, at: int) -> bool:

@@ -14,7 +14,7 @@ from aeros.agent.instructions.meaning import Errand
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.refusals import AmbiguousInstructionError, InstructionError
 from aeros.agent.instructions.requests import read_request
-from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
+from aeros.agent.instructions.segments import COMMA, Link, Mood, Segment, Sentence
 
 _MAX_MERGES: Final = 6
 """Limit on the joints of a sentence at which segments may be one request: all combinations are tried."""
@@ -81,12 +81,26 @@ def _joined(words: Words, segment: Segment, tasks: Sequence[TaskPhrases]) -> Wor
     return words + segment.words
 
 
+_POINTING: Final = frozenset({"that", "this"})
+_LOOSE: Final = english.PRONOUNS | english.PARTICLES | english.FILLERS | {"here", "there"}
+"""Words that ask for nothing by themselves."""
+
+
 def _is_another_thing(first: Segment, segment: Segment, tasks: Sequence[TaskPhrases]) -> bool:
     """Return True if a segment only adds a thing or a number to one that has one: `make a tea and two`."""
+    if segment.joint == COMMA and first.words[-1:] and first.words[-1] in _POINTING:
+        return True  # `take that, cup`
     if segment.joint not in ("and", "plus", "as well as"):
         return False
     if all(english.number_of(word) is not None for word in segment.words):
         return True
+    if any(
+        one.triggers and one.values.names_place and not one.objects
+        for one in (cover(entry, first.words, knows_pronoun=False) for entry in tasks)
+    ) and any(cover(entry, segment.words, knows_pronoun=False).is_whole for entry in tasks):
+        return True  # `take a left and bring the cup`
+    if _LOOSE.issuperset(segment.words):
+        return True  # `bring the cup and them`, `wipe it over and over`
     return any(
         cover(entry, segment.words, knows_pronoun=False).is_object_alone
         and bool(cover(entry, first.words, knows_pronoun=False).objects)

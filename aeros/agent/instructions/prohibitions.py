@@ -8,12 +8,13 @@ from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import is_object
+from aeros.agent.instructions.coverage import Coverage
 from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Errand
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.refusals import InstructionError, not_covered
-from aeros.agent.instructions.segments import Segment
+from aeros.agent.instructions.segments import Link, Segment
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 
@@ -69,10 +70,25 @@ def prohibited_tasks(
                 for one in coverages
                 if one.entry.routed.covers(last) and one.values.names_place and not one.unknown
             ]
+        if (
+            segment.marker == _NO
+            and segment.link is not Link.START
+            and any(map(_starts_with_verb, coverages))
+        ):
+            raise InstructionError(f"{quoted(segment.text)} may prohibit, or correct what is said before it")
         if not possible:
             raise not_covered(replace(segment, words=part), coverages)
         found += possible
     return found
+
+
+def _starts_with_verb(coverage: Coverage) -> bool:
+    """Return True for `clean the table`, and not for `cleaning` or `tables`."""
+    is_act = bool(coverage.triggers) and not coverage.starts_with_object and bool(coverage.objects)
+    return is_act and not english.is_gerund(coverage.triggers[0][0])
+
+
+_NO: Final = ("no",)
 
 
 def _split(words: Words, at: frozenset[str]) -> Iterator[Words]:

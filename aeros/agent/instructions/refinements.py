@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import takewhile
 from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import is_object
 from aeros.agent.instructions.conditions import find_condition
 from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.meaning import Errand
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.requests import Request
 from aeros.agent.instructions.segments import COMMA, Link, Mood, Segment
+from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.expr import terms as t
 
@@ -37,12 +40,13 @@ def refined_request(before: Request, request: Request, segment: Segment, first: 
     if not request.only_refers or before.errand.routed.task is not request.errand.routed.task:
         return None
     # `clean the whole table, well, only the left half`
-    is_instead = (
-        segment.joint == COMMA and segment.words[:1] in (("only",), ("just",)) and not request.has_verb
-    )
+    is_limit = not {"only", "just"}.isdisjoint(segment.words) and not request.has_verb
+    is_instead = is_limit and segment.joint in ("", COMMA)
     if request.errand.condition is not None or (request.stated & before.stated and not is_instead):
         return None
-    is_more = segment.link in (Link.JOINED, Link.ADJUNCT) or "but" in segment.joint.split()
+    # `clean the table. Only the left half.`
+    is_of_part = segment.link is Link.START and not request.has_verb and not _names_object(request)
+    is_more = is_of_part or segment.link in (Link.JOINED, Link.ADJUNCT) or "but" in segment.joint.split()
     if not is_more and not _is_one_act(segment, first):
         return None
     if request.stated and not request.has_verb and segment.joint in _AND:
@@ -89,6 +93,101 @@ def with_shared_place(before: Request, request: Request, segment: Segment) -> Re
     values = {name: request.errand.routed.arguments[name] for name in missing}
     errand = replace(before.errand, routed=replace(routed, arguments={**routed.arguments, **values}))
     return replace(before, errand=errand, stated=before.stated | missing)
+
+
+def placed_things(
+    errands: Sequence[Errand], before: Request, request: Request, segment: Segment
+) -> list[Errand]:
+    """Give the place of `bring the cup and the block, and put them on the left` to each of the things.
+
+    Args:
+        errands: the requests before, in order.
+        before: the last of them.
+        request: the request.
+        segment: words of the request.
+
+    Returns:
+        The last requests before, with the values that the request states; none if it is about one thing.
+
+    Raises:
+        InstructionError: it is not clear which things are meant, or where they are to go.
+    """
+    routed = request.errand.routed
+    objects = {name for name, one in routed.task.parameters.items() if is_object(one)}
+    earlier = takewhile(lambda one: one.routed.task is routed.task, reversed(errands))
+    things = list(earlier)[::-1]
+    if not request.only_refers or not objects or len(things) < 2:
+        return []
+    if _THEM.isdisjoint(segment.words) and "both" not in segment.openers:
+        is_bare_place = not request.has_verb and not request.stated & objects
+        if not before.has_verb and ("it" in segment.words or is_bare_place):
+            raise InstructionError(f"{quoted(segment.text)} may be about one of several things; say which")
+        return []
+    if request.errand.condition is not None or request.stated & objects:
+        raise InstructionError(f"it is not clear which things are meant by {quoted(segment.text)}")
+    new = {name: routed.arguments[name] for name in request.stated}
+    defaults = {name: routed.task.parameters[name].default for name in new}
+    if any(one.routed.arguments[name] not in (defaults[name], new[name]) for one in things for name in new):
+        raise InstructionError(f"{quoted(segment.text)} says another place than before; say it of each thing")
+    return [
+        replace(one, routed=replace(one.routed, arguments={**one.routed.arguments, **new})) for one in things
+    ]
+
+
+def _names_object(request: Request) -> bool:
+    parameters = request.errand.routed.task.parameters
+    return any(is_object(parameters[name]) for name in request.stated)
+
+
+_THEM: Final = frozenset({"them", "these", "those", "they"})
+
+
+def require_no_other_one(before: Request, request: Request, segment: Segment) -> None:
+    """Require that `bring the cup, the blue one` says more about the same thing.
+
+    Args:
+        before: the request before.
+        request: the request.
+        segment: words of the request.
+
+    Raises:
+        InstructionError: `one` stands for another thing, which may be wanted, too, or instead.
+    """
+    objects = [name for name, one in request.errand.routed.task.parameters.items() if is_object(one)]
+    is_place = objects and not request.has_verb and not request.stated & {*objects}
+    if is_place and request.stated & before.stated and segment.link is not Link.THEN:
+        raise InstructionError(f"{quoted(segment.text)} says another place than before")
+    is_bare = segment.words[-1:] == ("one",) and segment.joint in ("", COMMA) and not request.has_verb
+    is_same_task = before.errand.routed.task is request.errand.routed.task
+    values = [one.errand.routed.arguments for one in (before, request)]
+    if is_bare and is_same_task and any(values[0].get(name) != values[1].get(name) for name in objects):
+        raise InstructionError(f"is {quoted(segment.text)} wanted beside that, or instead?")
+
+
+_BEFORE_THINGS: Final = frozenset({"but", "except", "instead", "not", "rather", "without"})
+"""First words of prohibitions that need no verb of their own."""
+
+
+def require_own_place(before: Request, prohibited: Sequence[RoutedTask], segment: Segment) -> None:
+    """Require that a prohibition says no place that the request before may need.
+
+    Args:
+        before: the request before.
+        prohibited: what may be prohibited.
+        segment: words of the prohibition.
+
+    Raises:
+        InstructionError: it does, as in `put the cup and not the block on the left`.
+    """
+    routed = before.errand.routed
+    places = {name for name, one in routed.task.parameters.items() if one.values and not is_object(one)}
+    is_of_things = any(map(is_object, routed.task.parameters.values()))
+    stated = {name for one in prohibited if one.task is routed.task for name in one.arguments}
+    is_bare = segment.marker[0] in _BEFORE_THINGS
+    if is_bare and is_of_things and (places & stated) - before.stated and stated - places:
+        raise InstructionError(
+            f"the place in {quoted(segment.text)} may be of what is wanted; say it with that"
+        )
 
 
 def is_own_check(segment: Segment, before: Request, tasks: Sequence[TaskPhrases]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import has_object_of, is_object
@@ -93,6 +94,8 @@ def read_request(
     found = own or meanings[0][1]
     if own is None and any(other.term != found.term for _, other in meanings):
         raise InstructionError(f"several tasks declare the condition {quoted(condition.text)}")
+    if condition.marker in english.CONCESSIONS:
+        return request  # `even if the table is clean`: in any case
     if condition.marker[-1:] == ("unless",):
         found = found.negated
     return replace(
@@ -140,7 +143,7 @@ def _read(
                 one
                 for one in coverages
                 if (one.is_whole and (one.starts_with_object or not form.needs_object_first))
-                or one.repeats(last)
+                or (form.words == words and one.repeats(last))
             ] or [one for one in coverages if one.is_whole_without_verb(is_light=segment.is_light)]
             if may_elide and last is not None and not whole:
                 named = [one for one in coverages if has_object_of(one.entry.routed, last)]
@@ -187,6 +190,10 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
     """
     routed = coverage.routed
     stated = frozenset(coverage.values.stated)
+    is_put = any(one[0] in _NEEDING_PLACES for one in coverage.triggers)
+    vague = next((word for word in segment.closers if word in ("there", "first" if is_put else "")), "")
+    if vague and coverage.puts and not coverage.values.names_place:
+        raise InstructionError(f"{quoted(segment.text)} does not say which place {quoted(vague)} is")
     is_same = last is not None and coverage.entry.routed.covers(last)
     has_part = coverage.values.names_part or (last is not None and is_same and not _is_of_whole(last))
     if coverage.names_that_part and not has_part:
@@ -218,6 +225,10 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
         )
     only_refers = coverage.names_pronoun or not coverage.triggers
     return Request(Errand(routed), stated, only_refers, bool(coverage.triggers))
+
+
+_NEEDING_PLACES: Final = frozenset({"place", "position", "put", "set"})
+"""Verbs after which `first` may be a place."""
 
 
 def _is_of_whole(routed: RoutedTask) -> bool:

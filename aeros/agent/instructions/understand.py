@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from aeros.agent.instructions import english
 from aeros.agent.instructions.alternatives import read_otherwise, read_unless, require_no_alternative
 from aeros.agent.instructions.arguments import are_of_one_object
 from aeros.agent.instructions.condition_scopes import scoped
@@ -31,7 +32,14 @@ from aeros.agent.instructions.reasons.plain_reasons import (
     require_plain_reason,
     without_statements,
 )
-from aeros.agent.instructions.refinements import is_own_check, refined_request, with_shared_place
+from aeros.agent.instructions.refinements import (
+    is_own_check,
+    placed_things,
+    refined_request,
+    require_no_other_one,
+    require_own_place,
+    with_shared_place,
+)
 from aeros.agent.instructions.refusals import (
     AmbiguousInstructionError,
     InstructionError,
@@ -161,7 +169,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
         if pending and is_topic(sentence, pending[0], tasks):
             own_reasons, sentence = [*own_reasons, *sentence], ()
         if errands:
-            require_no_retraction(own_reasons, tasks)
+            require_no_retraction(own_reasons, tasks, [one.routed for one in errands])
         reasons += own_reasons
         # A sentence that is only a reason, as in `The table is dirty. Clean it.`, leads the next one.
         context = _context(errands, [*leading, *own_reasons], tasks)
@@ -184,9 +192,17 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             if segment.is_check and not _is_understood(segment, tasks, context):
                 continue
             if segment.mood is Mood.REQUEST:
-                request = read_request(segment, condition, tasks, context, last and last[0].topic)
-                refined = last and refined_request(last[0], request, segment, last[1])
-                if refined:
+                refers = not english.PRONOUNS.isdisjoint(segment.words)
+                known = context or [_denied(one) for one in prohibited[-1:] if refers]
+                request = read_request(segment, condition, tasks, known, last and last[0].topic)
+                if last:
+                    require_no_other_one(last[0], request, segment)
+                things = placed_things(errands, last[0], request, segment) if last else []
+                refined = last and not things and refined_request(last[0], request, segment, last[1])
+                if things:
+                    errands[-len(things) :] = things
+                    request = replace(request, errand=things[-1])
+                elif refined:
                     errands[-1] = refined.errand
                 elif last and (shared := with_shared_place(last[0], request, segment)):
                     errands[-1:] = [shared.errand, request.errand]
@@ -197,9 +213,10 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             elif is_universal(segment):
                 prohibits_all = segment.text
             else:
-                prohibited += [
-                    one for one in prohibited_tasks(segment, tasks, errands) if one not in prohibited
-                ]
+                found = prohibited_tasks(segment, tasks, errands)
+                if last and segment.link in (Link.JOINED, Link.ADJUNCT):
+                    require_own_place(last[0], found, segment)
+                prohibited += [one for one in found if one not in prohibited]
         conditional = [one for one in errands[earlier:] if one.condition is not None]
         first = last[0] if last and conditional == [last[0].errand] == errands[-1:] else None
     if prohibits_all and errands:
@@ -220,6 +237,12 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
         require_plain_reason(reason, tasks, [errand.routed for errand in errands])
     account = tuple(f"{quoted(' '.join(reason.words))}: a reason, asks for nothing" for reason in reasons)
     return Understanding(instruction, tuple(errands), tuple(prohibited), account=account)
+
+
+def _denied(prohibited: RoutedTask) -> Errand:
+    """Return what `it` may mean in `do not wipe the table, inspect it`."""
+    arguments = prohibited.task.complete_arguments(prohibited.arguments)
+    return Errand(replace(prohibited, arguments=arguments))
 
 
 def _is_understood(segment: Segment, tasks: Sequence[TaskPhrases], context: Sequence[Errand]) -> bool:

@@ -265,11 +265,7 @@ class RunLog:
             deeper.append(CausalLink(ended, f"runtime status: {text}", () if denial is not None else found))
             judged = tuple(one for one in judged if one not in found)
         if denial is not None:
-            decision = self._records[denial]["details"]
-            asked = decision.get("asked")
-            kind = asked.get("kind") if isinstance(asked, dict) else "an action"
-            causes = _causes(decision) or tuple(_reasons(decision))
-            deeper.append(CausalLink(denial, f"the gate denied `{kind}`", causes))
+            deeper.append(_denial_link(self._records, denial))
         outcome = _text(details, "outcome")
         reason = step.reason or f"outcome `{outcome}`"
         if any(link.causes for link in deeper):
@@ -280,6 +276,8 @@ class RunLog:
         yield CausalLink(step.end_index, text, judged if deeper and step.failed else _causes(details))
         if step.failed:
             yield from deeper
+            if ended is not None and denial is None:
+                yield from _survived_denial(self._records, ended)
         yield from self._choice(step)
 
     def _choice(self, step: StepTrace) -> Iterator[CausalLink]:
@@ -337,6 +335,30 @@ class RunLog:
                 CausalLink(denial, "the gate denied it", _causes(decision)),
             ]
         return CausalExplanation(headline, tuple(chain), failed)
+
+
+def _denial_link(records: Sequence[Record], denial: int, more: str = "") -> CausalLink:
+    decision = records[denial]["details"]
+    asked = decision.get("asked")
+    kind = asked.get("kind") if isinstance(asked, dict) else "an action"
+    causes = _causes(decision) or tuple(_reasons(decision))
+    return CausalLink(denial, f"the gate denied `{kind}`{more}", causes)
+
+
+def _survived_denial(records: Sequence[Record], ended: int) -> Iterator[CausalLink]:
+    """Yield the last denial in a step that did not end as denied, as its skill went on."""
+    skill = _skill(records[ended])
+    if records[ended]["details"].get("status") == "denied":
+        return
+    for at in range(ended - 1, -1, -1):
+        one = records[at]
+        if _skill(one) != skill:
+            continue
+        if one["event"] == "step-began":
+            return
+        if one["event"] == "decision" and one["details"].get("verdict") == "DENY":
+            yield _denial_link(records, at, ", and the skill went on")
+            return
 
 
 def _goal(details: Mapping[str, Any]) -> str:

@@ -11,7 +11,8 @@ Rules, which the modules of this package cite by number:
    same clean-up runs once: its motion is brought to rest unless the skill finished, the generator is
    closed, the plant is notified, the step's resources are released, and the end is recorded (`clean_up`).
 4. A violation at a control tick is a protective stop of all motions and ends every step that has one. A
-   denial, a timeout or a revocation ends its own step alone (`scheduler`).
+   denial, a timeout or a revocation ends its own step alone; a skill that catches a denial for good may ask
+   for another action instead (`scheduler`).
 5. Errors of a skill, a planner or a caller become a `StepResult`. Errors of AEROS itself (`InternalError`
    from the gate, a plant that raises) and of the record (`AuditError`) are raised, after the clean-up of
    every step (`clean_up`).

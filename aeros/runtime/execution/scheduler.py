@@ -11,6 +11,7 @@ from math import inf
 from typing import Any, Final
 
 from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
+from aeros.runtime.execution.denials import denial_words, denied_ending, offer_denial
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.execution.prepare import check_result_outputs
 from aeros.runtime.execution.step import (
@@ -46,6 +47,12 @@ MIN_ANSWER_BUDGET_S: Final = 10.0
 
 Otherwise it has as long as its timeout.  A simulator's clock stands still while a skill computes, so that
 the timeout alone would not end a skill that is slow each time.
+"""
+
+_HELD_BACK_S: Final = 0.02
+"""Time for which motions of others go on before a skill that was denied acts again, plant seconds.
+
+Otherwise they would go on unmonitored for as long as its denials take to decide.
 """
 
 _POLL_INTERVAL_S: Final = 0.01
@@ -132,12 +139,15 @@ class StepControl:
         observation = step.observation_filter.observe(self._plant.observe(), self._plant.now())
         budget = max(timeout, MIN_ANSWER_BUDGET_S)
         began = time.monotonic()
+        denial, step.is_denial_open = denial_words(step) if step.is_denial_open else "", False
         response = step.run.resume(
-            observation, min(step.deadline - self._plant.now(), budget - step.answer_time)
+            observation, min(step.deadline - self._plant.now(), budget - step.answer_time), denial
         )
         step.answer_time += time.monotonic() - began
         if isinstance(response, SkillRunResult) and response.status is StepStatus.RAISED:
-            return response
+            return (
+                denied_ending(step, f"; and then its code raised {response.reason}") if denial else response
+            )
         if self._plant.now() > step.deadline:
             return SkillRunResult(StepStatus.TIMED_OUT, "the skill's timeout has passed")
         if step.answer_time > budget:
@@ -145,6 +155,8 @@ class StepControl:
                 StepStatus.TIMED_OUT,
                 f"the skill took {step.answer_time:.1f} s of real time for its answers; it has {budget:g} s",
             )
+        if isinstance(response, SkillRunResult) and response.status is StepStatus.DENIED:
+            return denied_ending(step)
         if isinstance(response, SkillRunResult):
             return check_result_outputs(step.skill, response)
         step.requested_action = self._with_site_names(step.ecm, response)
@@ -171,7 +183,7 @@ class StepControl:
         return ending_unheld(step.hold_conditions, lambda hold: hold.violation(readings, now))
 
     def _decide_and_begin(self, step: ActiveStep, action: Action) -> SkillRunResult | None:
-        """Decide, record and begin an action; return how the step ends, or None if the action has begun."""
+        """Decide, record and begin an action; return how the step ends, or None if it goes on."""
         others = self._table.active_motions()
         decided = self._pipeline.decide(step.caller, action, others)
         step.decision_counts[decided.decision.kind] += 1
@@ -188,14 +200,14 @@ class StepControl:
             why = format_reasons(decided.decision.reasons, decided.causes)
             if any(reason.code == OBSTRUCTED for reason in decided.decision.reasons):
                 why = f"{why}; no way round was found"
-            return SkillRunResult(StepStatus.DENIED, why, causes=decided.causes)
+            return offer_denial(step, SkillRunResult(StepStatus.DENIED, why, causes=decided.causes))
         if decided.is_protective_stop:
             self._clean_up.stop_all(f"stopped for `{step.name}`, which asked for a protective stop")
         self._pipeline.count_execution(active_action)
         # A completion means that the plant cannot do it; nothing moves then.
         motion = plan if isinstance(plan, MotionCompletion) else self._plant.begin(active_action.action, plan)
         if isinstance(motion, MotionCompletion):
-            return ending_stopped(motion)
+            return offer_denial(step, ending_stopped(motion))
         step.active_motion = ActiveMotion(motion, active_action, plan)
         self._pipeline.monitors.add(active_action, plan)
         return None
@@ -383,7 +395,12 @@ class Scheduler:
         self._begin_ready_steps()
         due = next((handle for handle, step in self._steps.items() if step.is_due), None)
         if due is not None and not self._control.actions_are_paused():
-            ending = self._control.run_skill(self._steps[due])
+            step = self._steps[due]
+            is_held_back, step.is_held_back = step.is_held_back, False
+            if is_held_back and self._table.is_moving():
+                self._advance_plant(min(until, self._plant.now() + _HELD_BACK_S))
+                return False
+            ending = self._control.run_skill(step)
             if ending is not None:
                 self._clean_up.halt_step(due, ending)
         elif self._table.is_moving():

@@ -147,6 +147,10 @@ class ActiveStep:
         pending_legs: actions that lead round an obstacle to where the skill asked for; it goes on after them.
         active_motion: its motion on the plant.
         is_transient: its latest denial may turn into an allowance later.
+        denials: endings that its denials for good would have been; each is given to the skill, which may
+            try another way.
+        is_denial_open: the skill does not know of the last one yet.
+        is_held_back: it was just denied, so that the motions of others go on first.
         result: its ending; None until that is known.  Its motion may still have to come to rest.
         decision_counts: number of decisions on it so far, by kind.
     """
@@ -165,6 +169,9 @@ class ActiveStep:
     pending_legs: deque[Action] = field(default_factory=deque)
     active_motion: ActiveMotion | None = None
     is_transient: bool = False
+    denials: list[SkillRunResult] = field(default_factory=list)
+    is_denial_open: bool = False
+    is_held_back: bool = False
     result: SkillRunResult | None = None
     decision_counts: Counter[DecisionKind] = field(default_factory=Counter)
 

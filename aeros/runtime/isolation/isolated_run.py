@@ -16,6 +16,7 @@ from aeros.runtime.isolation.protocol import (
     ResponseTimeoutError,
     ResumeSkill,
     SkillClosed,
+    SkillDenied,
     SkillFinished,
     SkillRaised,
     WorkerConnection,
@@ -79,15 +80,15 @@ class IsolatedRun(IsolatedCode):
         )
         self._load(load, answer_within)
 
-    def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
+    def resume(self, observation: Observation, seconds: float, denial: str = "") -> Action | SkillRunResult:
         """Implement `SkillRunProtocol.resume`; kills the worker if it exceeds its time limit."""
         if not self._is_alive:
             return SkillRunResult(StepStatus.RAISED, "the skill's process has ended")
         within = min(max(seconds, MIN_RESPONSE_TIMEOUT_S), self._answer_within)
         self._is_open = True
         try:
-            response = self._request(ResumeSkill(WorkerConnection.token(), dict(observation)), within)
-            return self._interpret_response(response)
+            resume = ResumeSkill(WorkerConnection.token(), dict(observation), denial)
+            return self._interpret_response(self._request(resume, within))
         except ResponseTimeoutError:
             self._kill_worker()
             return SkillRunResult(
@@ -121,6 +122,8 @@ class IsolatedRun(IsolatedCode):
             return finished_result(response.outputs)
         if isinstance(response, SkillRaised):
             return SkillRunResult(StepStatus.RAISED, response.reason)
+        if isinstance(response, SkillDenied):
+            return SkillRunResult(StepStatus.DENIED, "the skill did not catch a denial")
         raise ProtocolError("it sent an unexpected response")
 
     def _clean_up(self) -> str | None:

@@ -78,9 +78,11 @@ class ResumeSkill(WorkerMessage, frozen=True):
 
     Attributes:
         observation: values that the skill may sense, by name, SI.
+        denial: why its last action was denied for good; empty if it was not.
     """
 
     observation: dict[str, JsonValue | tuple[JsonValue, ...]]
+    denial: str = ""
 
 
 class CloseSkill(WorkerMessage, frozen=True):
@@ -213,6 +215,10 @@ class SkillRaised(WorkerMessage, frozen=True):
     reason: str
 
 
+class SkillDenied(WorkerMessage, frozen=True):
+    """Response: the skill did not catch the denial of an action."""
+
+
 class SkillClosed(WorkerMessage, frozen=True):
     """Response: the generator is closed.
 
@@ -254,6 +260,7 @@ WorkerResponse = (
     | ActionRequested
     | SkillFinished
     | SkillRaised
+    | SkillDenied
     | SkillClosed
     | ValuesPerceived
 )

@@ -22,6 +22,7 @@ from aeros.runtime.isolation.protocol import (
     ResumeSkill,
     RuntimeRequest,
     SkillClosed,
+    SkillDenied,
     SkillFinished,
     SkillLoaded,
     SkillRaised,
@@ -37,13 +38,14 @@ from aeros.runtime.skills.contract import (
     SkillFunction,
     SkillRefusedError,
     check_outputs,
+    continue_skill,
     copy_action,
     start_skill,
 )
 from aeros.runtime.skills.raised import describe_raised
-from aeros.skill import Action, Models, SkillBody
+from aeros.skill import Action, ActionDenied, Models, SkillBody
 
-_FINAL_RESPONSES: Final = (SkillRejected, SkillFinished, SkillRaised, SkillClosed)
+_FINAL_RESPONSES: Final = (SkillRejected, SkillFinished, SkillRaised, SkillDenied, SkillClosed)
 
 
 class _Handler(Protocol):
@@ -92,10 +94,12 @@ class _Worker:
                 )
                 yielded = next(self._body)
             else:
-                yielded = self._body.send(question.observation)
+                yielded = continue_skill(self._body, question.observation, question.denial)
             action = copy_action(yielded)
         except StopIteration as end:
             return _finished_message(question.token, end.value)
+        except ActionDenied:
+            return SkillDenied(question.token)
         except NoActionError as failure:
             return SkillRaised(question.token, sanitize_text(str(failure)))
         except BaseException as failure:

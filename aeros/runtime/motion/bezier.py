@@ -31,11 +31,10 @@ def joint_box(pieces: list[Piece]) -> JointBox:
         The box.
     """
     columns = [column for piece in pieces for column in piece]
-    low = [min(values) for values in zip(*columns, strict=True)]
-    high = [max(values) for values in zip(*columns, strict=True)]
+    ranges = [(min(values), max(values)) for values in zip(*columns, strict=True)]
     return JointBox(
-        tuple([(a + b) / 2.0 for a, b in zip(low, high, strict=True)]),
-        tuple([(b - a) / 2.0 for a, b in zip(low, high, strict=True)]),
+        tuple([(low + high) / 2.0 for low, high in ranges]),
+        tuple([(high - low) / 2.0 for low, high in ranges]),
     )
 
 

@@ -318,32 +318,41 @@ def _barrier_reason(
     """Say how near the link of a breach comes to the barrier, and how near it may come."""
     nearest = find_nearest_approach(moving, box, breach.link)
     distance, volume = nearest.distance, f"the volume `{barrier.volume}`"
-    needed, place = f"{1000.0 * clearance:.3g} mm", f"at {100.0 * nearest.path_parameter:.0f} % of the path"
+    needed, place = _mm(clearance), f"at {_percent(nearest.path_parameter)} of the path"
     if distance > clearance:
         text = (
             f"`{breach.link}` may come nearer than {needed} to the faces of {volume} at "
-            f"{100.0 * breach.path_parameter:.0f} % of the path: it is {1000.0 * distance:.3g} mm from them "
+            f"{_percent(breach.path_parameter)} of the path: it is {_mm(distance)} from them "
             f"{place}, too near to show that it keeps {needed} on the way"
         )
     elif distance >= 0.0:
         text = (
-            f"`{breach.link}` comes as near as {1000.0 * distance:.3g} mm to the faces of {volume} {place}; "
+            f"`{breach.link}` comes as near as {_mm(distance)} to the faces of {volume} {place}; "
             f"{needed} are needed"
         )
     else:
         verb = "leaves" if barrier.keep_inside else "enters"
         text = (
-            f"`{breach.link}` {verb} {volume} by {-1000.0 * distance:.3g} mm {place}; it has to keep "
+            f"`{breach.link}` {verb} {volume} by {_mm(-distance)} {place}; it has to keep "
             f"{needed} from its faces"
         )
     return Reason("AE763", barrier.id, f"{text}: {barrier.rationale}")
 
 
+def _mm(length: float) -> str:
+    """Write a length in m as millimetres."""
+    return f"{1000.0 * length:.3g} mm"
+
+
+def _percent(path_parameter: float) -> str:
+    return f"{100.0 * path_parameter:.0f} %"
+
+
 def _surface_reason(barrier: Barrier, place: SurfaceBreach, limits: SurfaceLimits) -> Reason:
     text = (
-        f"`{HELD}` may enter the volume `{barrier.volume}` at {100.0 * place.path_parameter:.0f} % of the "
-        f"path, {1000.0 * place.distance:.3g} mm from the target and at {place.speed:.3g} m/s; allowed are "
-        f"{1000.0 * limits.distance:.3g} mm and {limits.speed:.3g} m/s: {barrier.rationale}"
+        f"`{HELD}` may enter the volume `{barrier.volume}` at {_percent(place.path_parameter)} of the "
+        f"path, {_mm(place.distance)} from the target and at {place.speed:.3g} m/s; allowed are "
+        f"{_mm(limits.distance)} and {limits.speed:.3g} m/s: {barrier.rationale}"
     )
     return Reason("AE763", barrier.id, text)
 
@@ -396,8 +405,8 @@ def _link_contacts(policy: MotionPolicy, moving: SweptMotion) -> list[Reason]:
     if contact is None:
         return []
     text = (
-        f"`{contact.outer}` may come within {1000.0 * contact.distance:.3g} mm of `{contact.inner}` at "
-        f"{100.0 * contact.path_parameter:.0f} % of the path; links keep {1000.0 * clearance:.3g} mm apart"
+        f"`{contact.outer}` may come within {_mm(contact.distance)} of `{contact.inner}` at "
+        f"{_percent(contact.path_parameter)} of the path; links keep {_mm(clearance)} apart"
     )
     return [Reason("AE765", f"{contact.inner}-{contact.outer}", text)]
 
@@ -419,8 +428,8 @@ def _obstacle_contacts(
     obstacle = next(one for one in obstacles if one.name == breach.barrier)
     target = ", and at its target" if is_at_target else ""
     text = (
-        f"`{breach.link}` may come nearer than {1000.0 * clearance:.3g} mm to {obstacle} at "
-        f"{100.0 * breach.path_parameter:.0f} % of the path{target}; `{obstacle.camera}` saw it"
+        f"`{breach.link}` may come nearer than {_mm(clearance)} to {obstacle} at "
+        f"{_percent(breach.path_parameter)} of the path{target}; `{obstacle.camera}` saw it"
     )
     return [Reason(OBSTRUCTED, obstacle.name, text)]
 
@@ -506,11 +515,7 @@ def _base_mismatch(policy: MotionPolicy, base: Vec3, readings: Readings) -> list
     distance = dist(base, measured.value)
     if distance <= float(tracking.bound):
         return []
-    return [
-        Reason(
-            "AE761", name, f"the motion has the base {1000.0 * distance:.3g} mm from its measured position"
-        )
-    ]
+    return [Reason("AE761", name, f"the motion has the base {_mm(distance)} from its measured position")]
 
 
 def _end_mismatch(policy: MotionPolicy, action: Action, merged: MergedMotion, subject: str) -> list[Reason]:
@@ -520,7 +525,7 @@ def _end_mismatch(policy: MotionPolicy, action: Action, merged: MergedMotion, su
     if targets.tool_target is not None:
         distance = dist(merged.tool_at_end(), parameters[targets.tool_target])
         if not distance <= tolerance:
-            text = f"{subject} {1000.0 * distance:.3g} mm from the target of the tool"
+            text = f"{subject} {_mm(distance)} from the target of the tool"
             reasons.append(Reason("AE761", targets.tool_target, text))
     if targets.joint_target is not None:
         ends = (parameters[name] for name in targets.joint_target)
@@ -533,7 +538,7 @@ def _end_mismatch(policy: MotionPolicy, action: Action, merged: MergedMotion, su
         x, y = targets.base_target
         distance = dist(merged.base_at_end()[:2], (parameters[x], parameters[y]))
         if not distance <= tolerance:
-            text = f"{subject} {1000.0 * distance:.3g} mm from the target of the base"
+            text = f"{subject} {_mm(distance)} from the target of the base"
             reasons.append(Reason("AE761", x, text))
     return reasons
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Final
 
 from aeros.descriptions import describe_exception, type_name
-from aeros.skill import Action, Inputs, Models, Observation, SkillBody
+from aeros.skill import Action, ActionDenied, Inputs, Models, Observation, SkillBody
 
 MAX_PARAMETERS: Final = 64
 """Limit on the parameters of one action; no kind has nearly as many, and every one is recorded."""
@@ -43,6 +43,24 @@ def start_skill(
         The generator.
     """
     return function(observation, inputs, models) if models else function(observation, inputs)
+
+
+def continue_skill(body: SkillBody, observation: Observation, denial: str) -> Action:
+    """Continue a skill after its last action: with what was measured, or with the denial of the action.
+
+    Args:
+        body: the generator, which waits for the end of an action.
+        observation: values that the skill senses now, SI, by name.
+        denial: why the action was denied for good; empty if it was not.
+
+    Returns:
+        The object that it yields next, which should be an action.
+
+    Raises:
+        StopIteration: it has ended.
+        ActionDenied: it did not catch the denial.
+    """
+    return body.throw(ActionDenied(denial, observation)) if denial else body.send(observation)
 
 
 def copy_action(yielded: object) -> Action:

@@ -16,12 +16,13 @@ from aeros.runtime.skills.contract import (
     NoActionError,
     SkillFunction,
     check_outputs,
+    continue_skill,
     copy_action,
     start_skill,
 )
 from aeros.runtime.skills.load import CertifiedCode, certified_code, execute_code, load_certified_models
 from aeros.runtime.skills.raised import describe_raised
-from aeros.skill import Action, Models, Observation, SkillBody
+from aeros.skill import Action, ActionDenied, Models, Observation, SkillBody
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
@@ -48,15 +49,16 @@ class SkillRunResult(NamedTuple):
 class SkillRunProtocol(Protocol):
     """One run of a skill, loaded and not yet started."""
 
-    def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
+    def resume(self, observation: Observation, seconds: float, denial: str = "") -> Action | SkillRunResult:
         """Run the skill up to its next action or its end.
 
         Args:
             observation: values that the skill senses now, SI, by name.
             seconds: remaining time until its timeout, plant seconds.
+            denial: why its last action was denied for good; empty if it was not.
 
         Returns:
-            A copy of the requested action, or the ending.
+            A copy of the requested action, or the ending: with status DENIED if it caught no denial.
         """
 
     def close(self) -> str | None:
@@ -140,7 +142,7 @@ class InProcessRun:
         self._inputs = dict(inputs)
         self._body: SkillBody | None = None
 
-    def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
+    def resume(self, observation: Observation, seconds: float, denial: str = "") -> Action | SkillRunResult:
         """Implement `SkillRunProtocol.resume`; takes as long as the code does.
 
         Raises:
@@ -152,10 +154,12 @@ class InProcessRun:
                 self._body = start_skill(self._function, observation, self._inputs, self._models)
                 yielded = next(self._body)
             else:
-                yielded = self._body.send(observation)
+                yielded = continue_skill(self._body, observation, denial)
             return copy_action(yielded)
         except StopIteration as end:
             return finished_result(end.value)
+        except ActionDenied as uncaught:
+            return SkillRunResult(StepStatus.DENIED, describe_exception(uncaught))
         except KeyboardInterrupt:
             raise
         except NoActionError as failure:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import runpy
+from contextlib import suppress
 from math import pi
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from aeros.skill import Action, Observation
+from aeros.skill import Action, ActionDenied, Observation
 
 skills = SimpleNamespace(**runpy.run_module("ecms.make_dumplings.skills"))
 """The skills' code, which stays unimported as other tests run it."""
@@ -155,3 +156,29 @@ def test_a_handle_that_the_fingers_miss_is_gripped_deeper(misses: int, heights: 
     done = actions("wrap", misses=misses, wrapper_position=PRESS)
     found = [height for height, _, width in grips(done) if width == skills.HANDLE_GRIP]
     assert found == pytest.approx(heights)
+
+
+def headings_denied(**more: Any) -> list[float]:
+    """Headings of a hand that may not come below 0.1 m to take what it lays out, in the order of trial."""
+    now: Observation = {**KNOWN, **more}
+    body = skills.prepare(now, {"hand_speed": PACE})
+    yaws, action = list[float](), next(body)
+    with suppress(ActionDenied):
+        while len(yaws) < 30:
+            low = action.kind == "move_tool" and action.parameters["target"][2] < 0.1
+            if low:
+                yaws.append(action.parameters["yaw"])
+            action = body.throw(ActionDenied("too near", now)) if low else body.send(now)
+    return yaws
+
+
+def test_a_wrapper_whose_grip_is_denied_is_gripped_beside_its_middle_or_a_little_askew() -> None:
+    assert headings_denied() == pytest.approx([0.1, 0.1, 0.1, 0.25, -0.05])
+
+
+@pytest.mark.parametrize(("across", "more"), [(True, [0.2 - pi / 2.0]), (False, [])], ids=["room", "no-room"])
+def test_a_filling_whose_grip_is_denied_is_gripped_by_its_other_sides_too(
+    across: bool, more: list[float]
+) -> None:
+    yaws = headings_denied(dough_on_workspace=True, filling_free_across=across)
+    assert yaws == pytest.approx([0.2, 0.2, 0.2, 0.35, 0.05, *more])

@@ -71,7 +71,7 @@ def test_every_decision_is_numbered_and_complete() -> None:
 
 _PAGES = {
     path.relative_to(ROOT / "docs").as_posix()
-    for pattern in ("*.md", "how-to/*.md", "reference/*.md", "results/*/*.md")
+    for pattern in ("*.md", "how-to/*.md", "reference/*.md", "results/*/report.md")
     for path in (ROOT / "docs").glob(pattern)
 }
 _FILES = SimpleNamespace(get_file_from_path=lambda path: path in _PAGES | {"codes/README.md"} or None)

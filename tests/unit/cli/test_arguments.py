@@ -20,6 +20,7 @@ from aeros.cli.arguments import (
     mcap_path,
     process_count,
     second_solver,
+    seconds_from,
     solver_budget,
     writable_film_path,
     writable_path,
@@ -31,6 +32,15 @@ def test_whole_numbers_within_their_bounds(parse: Callable[[str], int], most: in
     assert [parse(text) for text in ("1", "007", str(most))] == [1, 7, most]
     for text in ("0", str(most + 1), "-1", "1.5", "", "x", "²", "٣", " 1", "1e3"):
         with pytest.raises(ArgumentTypeError, match=f"expected a whole number between 1 and {most}"):
+            parse(text)
+
+
+@pytest.mark.parametrize("lowest", [0.0, 0.5, 2.0])
+def test_a_time_is_from_the_least_to_an_hour(lowest: float) -> None:
+    parse = seconds_from(lowest)
+    assert [parse(text) for text in (str(lowest), "2.5", "3600")] == [lowest, 2.5, 3600.0]
+    for text in (str(lowest - 0.1), "3600.1", "inf", "nan", "soon", ""):
+        with pytest.raises(ArgumentTypeError, match=f"expected a number of seconds from {lowest:g} to 3600"):
             parse(text)
 
 

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
 import pytest
 
-from aeros.cli.parsers import parse
+from aeros.cli.commands import COMMANDS
+from aeros.cli.parsers import command_parser, parse
 from aeros.exit_codes import Exit
+from tests.repo.tree import ROOT
+from tests.reports_in_full import compare_with_file
+
+FIELDS = ("dest", "nargs", "const", "default", "required", "metavar", "help")
 
 
 def ended(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[object, str, str]:
@@ -58,3 +67,26 @@ def test_a_command_is_parsed_and_called() -> None:
     parsed = parse(["explain", "AE501"])
     assert parsed.code == "AE501"
     assert callable(parsed.command)
+
+
+def arguments_of(parser: argparse.ArgumentParser) -> Iterator[str]:
+    """Write every argument of a command, and of those inside it."""
+    yield f"# {parser.prog}"
+    for one in parser._actions:
+        inner = one.choices if isinstance(one, argparse._SubParsersAction) else {}
+        choices = "" if one.choices is None else f" of {sorted(map(str, one.choices))}"
+        kind = "" if one.type is None else f" as {getattr(one.type, '__name__', 'another')}"
+        yield f"{type(one).__name__} {' '.join(one.option_strings)}{kind}{choices}"
+        values = {name: getattr(one, name) for name in FIELDS if getattr(one, name) not in (None, False)}
+        texts = {
+            name: str(value).replace(f"{ROOT}/", "") for name, value in values.items() if not callable(value)
+        }
+        yield from (f"    {name}: {text}" for name, text in texts.items())
+        for each in dict.fromkeys(inner.values()):
+            yield from arguments_of(each)
+
+
+def test_every_argument_of_every_command_in_full(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    lines = [line for name in sorted(COMMANDS) for line in arguments_of(command_parser(name))]
+    compare_with_file(Path(__file__).with_name("arguments.txt"), "\n".join(lines) + "\n")

@@ -43,7 +43,9 @@ class Code:
         self._clock, self._seconds = clock, list(seconds)
         self.closed = 0
 
-    def resume(self, observation: Mapping[str, Any], seconds: float) -> Action | SkillRunResult:
+    def resume(
+        self, observation: Mapping[str, Any], seconds: float, denial: str = ""
+    ) -> Action | SkillRunResult:
         self._clock.now += self._seconds.pop(0)
         if not self._seconds:
             return SkillRunResult(StepStatus.RAISED, "it failed")

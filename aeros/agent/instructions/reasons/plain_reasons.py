@@ -83,6 +83,8 @@ def require_plain_reason(
         InstructionError: it holds a condition or a negation, or asks for a task.
     """
     words = reason.words
+    if (not _SPEECH.isdisjoint(words) or words[-1:] == ("goes",)) and not is_remark(words):
+        raise InstructionError(f"{quoted(' '.join((*reason.marker, *words)))} may report what others say")
     _require_agreement(reason, tasks, asked_for)
     is_stated = is_remark(words) or any(find_condition(reason, entry) is not None for entry in tasks)
     speaks_of_people = words[:1] in (("i",), ("we",), ("he",), ("she",), ("they",))
@@ -114,6 +116,15 @@ def require_plain_reason(
         raise InstructionError(f"it is not clear if {quoted(text)} is only a reason, because of {why}")
 
 
+def _plain_term(term: t.Term) -> t.Term:
+    """Return `p` for `not (not p)`: `it is not needed`."""
+    is_twice = isinstance(term, t.Not) and isinstance(term.operand, t.Not)
+    return term.operand.operand if is_twice else term  # type: ignore[union-attr]
+
+
+_SPEECH: Final = frozenset({"claims", "quote", "said", "say", "says", "sing", "sings", "tells"})
+
+
 def _is_known_part(words: Words, tasks: Sequence[TaskPhrases], asked_for: Sequence[RoutedTask]) -> bool:
     """Return True for `on the left half …` if that half is asked for."""
     begin = next((at for at in range(1, len(words)) if words[at] not in english.DETERMINERS), 0)
@@ -139,7 +150,9 @@ def _require_agreement(
         for routed in (one for one in asked_for if entry.routed.covers(one)):
             found = find_condition(reason, entry, is_own=True)
             goal = routed.task.goal
-            if found is not None and found.term in (goal.operands if isinstance(goal, t.And) else (goal,)):
+            if found is not None and _plain_term(found.term) in (
+                goal.operands if isinstance(goal, t.And) else (goal,)
+            ):
                 raise InstructionError(f"{text} says that the goal of `{routed}` is reached")
             act = cover(entry, reason.words, knows_pronoun=True, is_perfect=True).triggers
             if (
@@ -189,19 +202,27 @@ _EARLIER: Final = frozenset({"again", "already", "earlier", "today", "yesterday"
 """Words that a reason may end with."""
 
 
-def require_no_retraction(reasons: Sequence[Segment], tasks: Sequence[TaskPhrases]) -> None:
+def require_no_retraction(
+    reasons: Sequence[Segment], tasks: Sequence[TaskPhrases], asked_for: Sequence[RoutedTask]
+) -> None:
     """Require that no statement after a request may take it back, as `i changed my mind` does.
 
     Args:
         reasons: reasons and statements of a later sentence.
         tasks: all tasks.
+        asked_for: tasks that are asked for before.
 
     Raises:
         InstructionError: one is a statement, neither about people nor of a condition that a task declares.
     """
     for one in reasons:
         is_marked = one.marker or is_remark(one.words)
-        if not is_marked and not any(find_condition(one, entry, is_own=True) for entry in tasks):
+        # `fetch the cup. It is not needed.`: only of what is asked for, `it` says a condition of it.
+        is_stated = any(
+            find_condition(one, entry, is_own=any(entry.routed.covers(asked) for asked in asked_for))
+            for entry in tasks
+        )
+        if not is_marked and not is_stated:
             raise InstructionError(
                 f"{quoted(one.text)} may take back what is asked for before it; say reasons first, or with "
                 "`because`"

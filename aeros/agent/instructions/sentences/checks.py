@@ -104,6 +104,8 @@ def _without_own_check(tokens: Words) -> Iterator[Words]:
             request = rest[at + len(link) :]
             denied = after_denial(request, 0) or after_denial(rest, at + (rest[at] == COMMA)) - at - len(link)
             affirmed = len(english.AFFIRMATIONS.starting(request))
+            if request[:affirmed] == _THEN and english.PRONOUNS.isdisjoint(request):
+                continue  # `check if it is dirty, then make tea`: one after the other
             ending = len(english.AFFIRMATIONS.ending(request))
             if denied > 0 or affirmed or ending:
                 wanted = request[max(denied, 0) or affirmed :] if not ending else request[:-ending]
@@ -117,8 +119,10 @@ def _without_own_check(tokens: Words) -> Iterator[Words]:
         thing, rest = seen[:end], seen[end + 1 :]
         rest = rest[1:] if rest[:1] in ((COMMA,), ("and",)) else rest
         depends = any(english.CONDITIONALS.starting(rest, at) for at in range(len(rest)))
-        if depends and "it" in rest and 1 <= len(thing) <= 3:
-            it = rest.index("it")
+        it = rest.index("it") if "it" in rest else -1
+        # `look at the table and bring the cup if it is dirty` leaves open what is dirty.
+        is_clear = it >= 0 and not any(english.CONDITIONALS.starting(rest, at) for at in range(1, it))
+        if depends and is_clear and 1 <= len(thing) <= 3:
             yield (CHECK, *asked[: len(asked) - len(seen) + end])
             yield (*rest[:it], *thing, *rest[it + 1 :])
             return

@@ -106,7 +106,10 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
             prohibition = ()  # `drop it on the left`
         if prohibition and len(prohibition) >= len(opener):
             start = position + len(prohibition)
-            while opener := english.OPENERS.starting(tokens, start):
+            if tokens[start : start + 1] in _NOT_ALL:
+                text = " ".join((*prohibition, tokens[start]))
+                raise InstructionError(f"{quoted(text)} may ask for that, and for more; say what is wanted")
+            while (opener := english.OPENERS.starting(tokens, start)) and opener != ("right",):
                 start += len(opener)
             return start, Mood.PROHIBITION, prohibition
         is_side = opener == ("right",) and tokens[position + 1 : position + 2] != (COMMA,)
@@ -122,6 +125,9 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
                     )
                 return position + len(condition), Mood.CONDITION, condition
         return position, Mood.REQUEST, ()
+
+
+_NOT_ALL: Final = (("just",), ("merely",), ("only",), ("simply",))
 
 
 def _says_where_to(rest: Words) -> bool:
@@ -156,7 +162,7 @@ def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]
             return at, Link.AFTER, " ".join(following)
         # `do the left half when cleaning`
         is_last = at + 2 == len(tokens) or tokens[at + 2 : at + 3] == (COMMA,)
-        is_act = is_last and tokens[at] in english.ACT_MARKERS and tokens[at + 1].endswith("ing")
+        is_act = is_last and tokens[at] in english.ACT_MARKERS and english.is_gerund(tokens[at + 1])
         starts_adjunct = not is_act and (
             english.PROHIBITIONS.starting(tokens, at)
             or english.CONDITIONALS.starting(tokens, at)
@@ -164,7 +170,12 @@ def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]
         )
         if starts_adjunct and mood is not Mood.CONDITION:
             return at, Link.ADJUNCT, ""
+        if mood is Mood.PROHIBITION and tokens[at] == "just" and tokens[at + 1 : at + 2] not in _AFTER_JUST:
+            return at, Link.JOINED, ""  # `don t make tea just wipe the table`
     return len(tokens), Link.START, ""
+
+
+_AFTER_JUST: Final = ((), ("because",), ("for",), ("in",), ("now",), ("to",), ("yet",))
 
 
 def _link_of(joint: Words) -> Link:

@@ -43,6 +43,7 @@ class _Correction:
         right: words after it, up to the next correction.
         rest: the next correction, and the words after it.
         after: the sentences after.
+        may_go_on: True if it may only hold on, as `wait` may, before something else that is wanted, too.
     """
 
     before: tuple[str, ...]
@@ -50,6 +51,7 @@ class _Correction:
     right: Words
     rest: Words
     after: tuple[str, ...]
+    may_go_on: bool
 
 
 def without_corrections(
@@ -92,6 +94,13 @@ def without_corrections(
     return instruction, notes
 
 
+_HOLDING: Final = frozenset({COMMA, "a", "hang", "hold", "minute", "moment", "on", "second", "wait"})
+
+
+def _names_act(words: Words, tasks: Sequence[TaskPhrases]) -> bool:
+    return any(cover(entry, without_commas(words), knows_pronoun=True).triggers for entry in tasks)
+
+
 def _is_value(words: Words, tasks: Sequence[TaskPhrases]) -> bool:
     """Return True if some words only state a value, as in `the left, er, the right half`."""
     found = [cover(entry, without_commas(words), knows_pronoun=False) for entry in tasks]
@@ -112,7 +121,8 @@ def _find(instruction: str) -> _Correction | None:
             wrong = tokens[:at] or spoken[number - 1][0]
             before = texts[:number] if at else texts[: number - 1]
             rest = next((to for to in range(end + 1, len(tokens)) if _ends(tokens, to)), len(tokens))
-            return _Correction(before, wrong, tokens[end:rest], tokens[rest:], texts[number + 1 :])
+            may_go_on = {*tokens[at:end]} <= _HOLDING
+            return _Correction(before, wrong, tokens[end:rest], tokens[rest:], texts[number + 1 :], may_go_on)
     return None
 
 
@@ -134,7 +144,7 @@ def _end_of_correction(tokens: Words, start: int) -> int:
     """Return the place after a correction that begins at `start`; 0 if none begins there."""
     at, is_certain = start, False
     while True:
-        strong = english.CORRECTIONS.starting(tokens, at)
+        strong = max(english.CORRECTIONS.starting(tokens, at), _value_correction(tokens, at), key=len)
         weak = english.WEAK_CORRECTIONS.starting(tokens, at)
         found = max(strong, weak, key=len)
         if not found:
@@ -144,7 +154,21 @@ def _end_of_correction(tokens: Words, start: int) -> int:
         # `no` corrects only before a pause: `…, no wiping` prohibits.
         is_certain |= len(strong) >= len(weak) or has_pause
         at += has_pause
-    return at if is_certain and at < len(tokens) else 0
+    waits = tokens[at - 1 : at] == ("wait",) and tokens[at : at + 1] in _AFTER_WAIT
+    return at if is_certain and at < len(tokens) and not waits else 0
+
+
+_AFTER_WAIT: Final = tuple(
+    (word,) for word in ("and", "at", "for", "here", "in", "on", "outside", "there", "till", "until", "while")
+)
+
+
+def _value_correction(tokens: Words, at: int) -> Words:
+    """Return `make that` before a number or an article: `make it clean` asks for a state."""
+    found = english.VALUE_CORRECTIONS.starting(tokens, at)
+    following = "".join(tokens[at + len(found) :][:1])
+    is_value = following in english.DETERMINERS or english.number_of(following) is not None
+    return found if is_value else ()
 
 
 def _corrected(
@@ -170,7 +194,11 @@ def _corrected(
             is_clear = _stated(replaced, tasks) <= stated and (start > 0 or len(stated) > 0)
         else:
             is_whole = end - start == len(wrong)
-            is_clear = _differs_only_in(stated, asked_before, found, may_be_another=is_whole)
+            may_be_another = is_whole and not correction.may_go_on and _names_act(right, tasks)
+            is_clear = _differs_only_in(stated, asked_before, found, may_be_another=may_be_another)
+            # A correction that changes nothing, as `…, i mean cup`, says something else.
+            is_other = alone is not None or found.errands != asked_before.errands
+            is_clear &= is_other or english.PRONOUNS.issuperset(right)
         if is_clear and (alone is None or alone.errands[-1:] == found.errands[-1:]):
             return words, replaced
     return None

@@ -32,8 +32,25 @@ def rephrased(tokens: Words) -> Words:
         The sentence, without `both`; with `once you have` before an act that is to be over, and
         with `do not` before one that is prohibited.
     """
+    tokens = _with_plain_extents(tokens)
     tokens = _with_duty_of_each(_without_preparation(_without_both(_with_speaker(tokens))))
     return _with_prohibitions(_with_perfect(_without_all(tokens)))
+
+
+def _with_plain_extents(tokens: Words) -> Words:
+    """Write `nothing but it`, `both halves of it` and `right in the` as `only it`, `all of it`, `in the`."""
+    for at in range(1, len(tokens) - 1):
+        if tokens[at : at + 2] == ("nothing", "but"):
+            return (*tokens[:at], "only", *tokens[at + 2 :])
+        if tokens[at] == "right" and tokens[at + 1 : at + 3] in _RIGHT_AT and tokens[at - 1] not in _ARTICLES:
+            return (*tokens[:at], *tokens[at + 1 :])
+        if tokens[at : at + 3] == ("both", "halves", "of"):
+            return (*tokens[:at], "all", *tokens[at + 2 :])
+    return tokens
+
+
+_ARTICLES: Final = english.DETERMINERS | english.POSSESSIVES
+_RIGHT_AT: Final = frozenset((word, "the") for word in ("at", "in", "into", "on", "onto"))
 
 
 def _with_speaker(tokens: Words) -> Words:
@@ -94,11 +111,12 @@ _MAX_THING_WORDS: Final = 4
 
 
 def _without_all(tokens: Words) -> Words:
-    """Write `clear it all up` and `clear all of it` as `clear it up` and `clear it`."""
+    """Write `clear it all up`, `clear all of it` and `move each of them` as `clear it up` and `move them`."""
     for at, word in enumerate(tokens):
         if word == "all" and tokens[at - 1 : at] in _PRONOUNS and at:
             return tokens[:at] + tokens[at + 1 :]
-        if tokens[at : at + 2] == ("all", "of") and tokens[at + 2 : at + 3] in _PRONOUNS:
+        is_of = word in ("all", "each") and tokens[at + 1 : at + 2] == ("of",)
+        if is_of and tokens[at + 2 : at + 3] in _PRONOUNS:
             return tokens[:at] + tokens[at + 2 :]
     return tokens
 
@@ -126,7 +144,7 @@ def _finished_act(clause: Words, *, is_state: bool) -> Words:
     if clause[:2] in (("you", "are"), ("you", "re")) and clause[2:3] and clause[2] in _DONE:
         rest = clause[4:] if clause[3:4] == ("with",) else clause[3:]
         # `when you are done with that` names no act.
-        is_act = clause[3:4] == ("with",) or (rest[:1] and rest[0].endswith("ing"))
+        is_act = clause[3:4] == ("with",) or (rest[:1] and english.is_gerund(rest[0]))
         return rest if is_act and not (rest[:1] and rest[0] in english.PRONOUNS) else ()
     if clause[:1] and clause[0] in _DONE and clause[1:2] == ("with",):
         return clause[2:]
@@ -135,7 +153,7 @@ def _finished_act(clause: Words, *, is_state: bool) -> Words:
             last = clause[-1]
             act = clause[:at]
             if last in _DONE and len(clause) <= at + 3:
-                return act if any(word.endswith("ing") for word in act) else ()
+                return act if any(english.is_gerund(word) for word in act) else ()
             if english.participle_bases(last) and len(clause) <= at + 3 and not is_state:
                 return (*act, last)
             return ()

@@ -18,6 +18,11 @@ _SENTENCE_END: Final = re.compile(r"(?:[.;!?:\n\r\u2026]|--+|\s[-\u2013\u2014]\s
 _SIGNED_NUMBER: Final = re.compile(r"[-+\u2212\u00b1~<>=/.]\d+|\d+\s?[%/<>=]")
 """A number that means another one than its digits alone."""
 
+_WRITTEN: Final = re.compile(
+    r"[`#$|{}\[\]<\\^~]|(?<![-=])>|=(?!>)|[\u00b2\u00b3\u00b9\u2070-\u2089]|//|/\*|&&|\w\("
+)
+"""Signs of code, markup and quotations, which no speaker says."""
+
 _TIMES: Final = re.compile(r"(?i)(?<!\w)(\d+)\s?[x\u00d7](?!\w)")
 """A number as in an order: `2x dumplings`, which is read as `x2 dumplings`."""
 
@@ -36,10 +41,12 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
         Words and commas of each sentence, and True if it ends with a question mark.
 
     Raises:
-        InstructionError: it holds a number with a sign, a fraction or the like.
+        InstructionError: it holds a number with a sign, a fraction or the like, or a sign of code.
     """
     if signed := _SIGNED_NUMBER.search(instruction):
         raise InstructionError(f"the number {quoted(signed.group())} is not understood")
+    if written := _WRITTEN.search(instruction):
+        raise InstructionError(f"the sign {quoted(written.group())} is not understood; use words alone")
     rest = _LIST_NUMBER.sub("\n", _TIMES.sub(r"x\1", instruction))
     if _STARTS_LIST.search(instruction):
         rest = _INLINE_NUMBER.sub("\n", rest)
@@ -50,15 +57,18 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
         text = rest[position : end.start() if end else len(rest)]
         position = end.end() if end else len(rest)
         parts = text.split(COMMA)
+        goes_on = False
         for number, part in enumerate(parts, 1):
-            words = english.respelt(normalized_words(part))
-            words = tuple(word for word in words if word not in english.HESITATIONS)
+            spoken = english.respelt(normalized_words(part))
+            words = tuple(word for word in spoken if word not in english.HESITATIONS)
             is_between = tokens and tokens[-1] != COLON and number < len(parts)
             if is_between and words in english.ASIDES:
                 continue
             if words:
-                has_pause = tokens and tokens[-1] != COLON and not _ends_in_link(tokens)
+                has_pause = tokens and tokens[-1] != COLON and not _ends_in_link(tokens) and not goes_on
                 tokens += [*([COMMA] if has_pause else []), *words]
+            # `could you, um, make a tea`
+            goes_on = bool(tokens and spoken) and not words and tokens[-1] in _GOES_ON
         is_label = strip_ends(tuple(tokens)) in english.LABELS
         if end and end.group().strip() == COLON and is_label:
             tokens = tokens if tuple(tokens) in _ORDINALS else []
@@ -70,6 +80,11 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
                 yield tuple(tokens), bool(end and "?" in end.group())
             tokens = []
 
+
+_GOES_ON: Final = frozenset(
+    {"and", "can", "could", "me", "please", "the", "then", "to", "us", "will", "would", "you"}
+)
+"""Words that a sentence does not end with: a hesitation behind one is no pause."""
 
 _ORDINALS: Final = (("first",), ("second",), ("third",), ("fourth",))
 """Labels that are kept: a thing behind one is asked for, as in `first: a tea.`."""

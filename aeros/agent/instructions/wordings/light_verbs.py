@@ -48,5 +48,5 @@ def acts_named_last(wording: Wording) -> Iterator[Wording]:
         The other forms.
     """
     words = wording.words
-    if len(words) > 2 and words[-1].endswith("ing") and words[-2] in english.ACT_MARKERS:
+    if len(words) > 2 and english.is_gerund(words[-1]) and words[-2] in english.ACT_MARKERS:
         yield wording.with_object_first((*words[:-2], words[-1]))

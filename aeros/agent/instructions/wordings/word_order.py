@@ -22,7 +22,7 @@ def particles(wording: Wording) -> Iterator[Wording]:
     """
     words = wording.words
     for at in range(2, len(words)):
-        if words[at] in english.PARTICLES:
+        if words[at] in english.PARTICLES and words[at - 2 : at] != ("right", "side"):
             yield wording.with_words((words[0], words[at], *words[1:at], *words[at + 1 :]))
         elif words[at] == "for" and at + 1 < len(words):
             yield wording.with_words((words[0], *words[at:], *words[1:at]))  # `lay for six the table`

@@ -52,7 +52,9 @@ SKILL_INTERFACE: Final = "aeros.skill"
 _ABSTRACT_TYPES: Final = "Callable Collection Generator Iterable Iterator Mapping Sequence"
 
 ALLOWED_MEMBERS: Final[Mapping[str, frozenset[str]]] = {
-    SKILL_INTERFACE: split_names("Action Inputs Model ModelError Models Observation SkillBody act"),
+    SKILL_INTERFACE: split_names(
+        "Action ActionDenied Inputs Model ModelError Models Observation SkillBody Way act first_allowed"
+    ),
     "__future__": split_names("annotations"),
     "bisect": split_names("bisect bisect_left bisect_right insort insort_left insort_right"),
     "cmath": split_names(
@@ -132,8 +134,8 @@ ALLOWED_ATTRIBUTES: Final = split_names(
     # numbers
     "as_integer_ratio bit_count bit_length conjugate denominator from_decimal from_float imag "
     "is_finite is_infinite is_integer is_nan limit_denominator numerator quantize real "
-    # generators, exceptions, enumerations, slices, iterators and actions
-    "args close from_iterable kind name send start step stop value "
+    # generators, exceptions, enumerations, slices, iterators, actions and their denials
+    "args close from_iterable kind name observed send start step stop value "
     # models
     "content run"
 )

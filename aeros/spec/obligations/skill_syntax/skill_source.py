@@ -225,7 +225,8 @@ def _require_ascii_names(source: Source) -> None:
         return  # sooner than by tokens: no name can hold a sign such as `°` or `±`
     for token in tokenize.generate_tokens(io.StringIO(source.text).readline):
         # Until Python 3.12 the names in an f-string are part of its one token.
-        is_formatted = token.type == tokenize.STRING and "f" in token.string[:2].lower().partition('"')[0]
+        prefix = token.string.partition(token.string[-1])[0] if token.type == tokenize.STRING else ""
+        is_formatted = "f" in prefix.lower()
         if is_formatted:
             found = next((one for one in token.string if _is_folded_letter(one)), None)
         else:

@@ -21,6 +21,7 @@ from aeros.agent.execution.part_stops import (
 )
 from aeros.agent.execution.plan_executor import PlanExecutor
 from aeros.agent.execution.progress import PlanProgress
+from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.planning.task_graph import Part, PlanStep, TaskGraph, verify_plan
 from aeros.runtime.ports import EndedStep, StepHandle, StepResult, StepStatus
@@ -279,3 +280,20 @@ def test_a_condition_without_a_branch_is_no_declared_failure() -> None:
     failure = undecided_failure("wrapped", "it is not measured", ())
     assert not failure.is_declared
     assert failure.reason.endswith("if `wrapped` is not met: it is not measured")
+
+
+@pytest.mark.parametrize(("denied", "is_final"), [(1, False), (2, False), (3, True)])
+def test_a_step_that_was_denied_in_several_ways_is_not_tried_again(denied: int, is_final: bool) -> None:
+    record = StepRecord(
+        *(StepRole.STEP, "dumpling", "prepare", {}, StepStatus.DENIED, None),
+        failed=True,
+        reason="denied: too near",
+        started=0.0,
+        ended=1.0,
+        allowed=0,
+        attenuated=0,
+        denied=denied,
+    )
+    failure = failure_of_attempt(STEP, AttemptResult(failed=True, reason=record.reason, record=record), set())
+    assert failure.is_final is is_final
+    assert failure.reason.endswith("too near")

@@ -51,6 +51,22 @@ def test_without_results_a_module_is_as_declared() -> None:
     assert with_experience(KITCHEN, lambda *_: ()) is KITCHEN
 
 
+def test_results_change_only_the_skill_that_had_them_also_of_another_module() -> None:
+    shop = replace(module("shop", (BOIL,)), code_digest="2")
+    resting = skill("rest", outcome("rested", {}))
+    foreign = replace(
+        KITCHEN.foreign, skills={"shop.boil": BOIL, "shop.rest": resting}, owners={"shop": shop}
+    )
+    kitchen = replace(KITCHEN, foreign=foreign)
+    seen = [ExperiencedEnd("cold", True, 20.0)]
+    own = with_experience(kitchen, lambda *asked: seen if asked == ("kitchen", "boil", "1") else ())
+    assert own.skills == {**KITCHEN.skills, "boil": learned(*seen)}
+    assert own.foreign == foreign
+    other = with_experience(kitchen, lambda *asked: seen if asked == ("shop", "boil", "2") else ())
+    assert other.skills == KITCHEN.skills
+    assert other.foreign.skills == {"shop.boil": learned(*seen), "shop.rest": resting}
+
+
 def test_a_result_moves_the_probability_by_its_weight() -> None:
     after = learned(ExperiencedEnd("cold", True, 20.0))
     assert probability(after, "cold") == pytest.approx((1 + 0.4) / 5, abs=1e-3)

@@ -9,7 +9,7 @@ from typing import Any
 from aeros.agent.world.definitions import definition_causes
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import Reading
-from aeros.spec.model.cause import Cause
+from aeros.spec.model.cause import Cause, file_and_line
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import Definition
 from tests.unit.agent.dumplings import SPAN, STATE, module, term
@@ -38,6 +38,7 @@ def test_a_false_predicate_is_explained_by_the_bounds_that_are_not_met() -> None
     (found,) = causes("wrapper_aligned", wrapper_aligned=False, fill_level=0.75, area="pot")
     assert str(found) == "wrapper_aligned: fill_level is 0.75 (at most 0.5)"
     assert (found.kind, found.text) == ("definition", DEFINED["wrapper_aligned"])
+    assert found.location == file_and_line(SPAN)
 
 
 def test_a_definition_that_reads_another_is_explained_down_to_what_was_measured() -> None:

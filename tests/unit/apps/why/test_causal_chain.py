@@ -126,6 +126,24 @@ def test_a_denial_before_the_last_decision_did_not_end_the_step() -> None:
     assert found.chain[-1].causes == (NEAR,)
 
 
+def test_a_denial_that_the_skill_caught_is_named_if_its_step_failed() -> None:
+    denial = (
+        "decision",
+        {**SKILL, "verdict": "DENY", "asked": GRIP, "reasons": [["AE742", "rate", "often"]]},
+    )
+    allowed = ("decision", {**SKILL, "verdict": "ALLOW", "asked": GRIP})
+    ended = ("step-ended", {**SKILL, "status": "finished", "reason": ""})
+    reported = note("step-ended", skill="tidy.wipe", status="finished", outcome="missed", failed=True)
+    began = ("step-began", SKILL)
+    found = run_log([STARTED, began, denial, allowed, ended, reported, FAILED]).explain_end()
+    assert message(found.chain)[-1] == "the gate denied `grip`, and the skill went on"
+    assert found.chain[-1].causes == (Cause("gate", "rate", "often", code="AE742"),)
+    once_more = run_log([STARTED, denial, began, allowed, ended, reported, FAILED]).explain_end()
+    assert message(once_more.chain)[-1] == "runtime status: ended as finished", (
+        "the denial was of an earlier step"
+    )
+
+
 def test_a_step_of_a_capability_says_why_its_skill_was_chosen() -> None:
     options = [
         {

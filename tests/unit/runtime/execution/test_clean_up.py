@@ -27,7 +27,7 @@ def test_clean_up_that_raises_is_reported_and_stops_nothing_else(make_bench: Mak
     bench.gate.answers = [DENIAL]
     result = bench.submit()
     assert result.status is StepStatus.DENIED
-    assert result.reason.endswith("and its own clean-up raised ValueError: mine")
+    assert result.reason.endswith("and then its code raised test_clean_up.py:24: ValueError: mine")
     bench.assert_cleaned_up(finished=False)
 
 

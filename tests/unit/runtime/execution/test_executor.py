@@ -329,7 +329,7 @@ def test_decisions_are_counted_by_kind_until_the_step_ends(
     while bench.executor.advance_once(inf) is None:
         counts.append(bench.executor.decision_counts(step))
     assert counts[0] == DecisionCounts()
-    assert counts[-1] == DecisionCounts(attenuated=1, denied=1)
+    assert counts[-1] == DecisionCounts(attenuated=1, denied=2)
     assert bench.executor.decision_counts(step) is None
 
 

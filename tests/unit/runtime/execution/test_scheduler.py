@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from math import inf, nan
@@ -33,7 +34,7 @@ from aeros.runtime.ports import (
 )
 from aeros.runtime.skills.in_process_run import InProcessRun, SkillRunResult
 from aeros.sim.fake import FakePlant
-from aeros.skill import Action, Inputs, Observation, SkillBody, act
+from aeros.skill import Action, ActionDenied, Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.errors import InternalError, MisuseError
 from aeros.spec.model.motion import LateTicks
 from tests.unit.runtime.one_step import DENIAL, STEP, MakeBench, watched
@@ -57,6 +58,21 @@ def test_two_skills_act_in_turn_as_their_motions_end(cart: MakeCart) -> None:
     assert one.started_kinds() == ["move", "roll", "move", "roll", "move"]
     assert one.plant.call_count("stop") == 0
     assert one.calls("skill_ended") == [("cart.reach", True), ("cart.drive", True)]
+
+
+def test_the_motions_of_others_go_on_between_the_denials_of_a_skill(cart: MakeCart) -> None:
+    def stubborn(observed: Observation, inputs: Inputs) -> SkillBody:
+        for _ in range(5):
+            with suppress(ActionDenied):
+                yield move(1000.0)
+
+    one = cart(drive=asking(roll()), reach=stubborn)
+    one.plant.durations = [0.5]
+    one.start("drive")
+    one.start("reach")
+    assert {result.denied for result in one.ends(2).values()} == {0, 5}
+    times = [record["time"] for record in one.records("decision") if record["verdict"] == "DENY"]
+    assert times == pytest.approx([0.0, 0.02, 0.04, 0.06, 0.08])
 
 
 def test_a_decision_names_the_decisions_on_what_was_under_way(cart: MakeCart) -> None:
@@ -295,10 +311,12 @@ def test_an_answer_may_take_no_longer_than_what_is_left_for_all(
     one = cart(reach=asking(move(), move()))
     resume = InProcessRun.resume
 
-    def timed(run: InProcessRun, observation: Observation, seconds: float) -> Action | SkillRunResult:
+    def timed(
+        run: InProcessRun, observation: Observation, seconds: float, denial: str
+    ) -> Action | SkillRunResult:
         offered.append(seconds)
         clock[0] += 4.0
-        return resume(run, observation, seconds)
+        return resume(run, observation, seconds, denial)
 
     monkeypatch.setattr(InProcessRun, "resume", timed)
     one.plant.durations = [7.0, 0.5]

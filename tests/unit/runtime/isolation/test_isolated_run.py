@@ -273,3 +273,26 @@ def test_the_memory_of_a_worker_is_that_beyond_its_zygote(nursery: ZygotePool) -
     assert later == large
     skill.close()
     assert skill.memory_peak() is None
+
+
+CAREFUL = """from aeros.skill import ActionDenied, act
+
+def lift(observed, inputs):
+    try:
+        yield act("move")
+    except ActionDenied as denied:
+        yield act("say", reason=str(denied), seen=denied.observed["near"])
+    finally:
+        yield act("say")
+"""
+
+
+def test_a_denial_is_raised_in_a_worker_as_in_this_process(nursery: ZygotePool) -> None:
+    skill = run(nursery, CAREFUL)
+    assert skill.resume({"near": 1}, 60.0) == act("move")
+    assert skill.resume({"near": 2}, 60.0, "too near") == act("say", reason="too near", seen=2)
+    assert skill.resume({"near": 3}, 60.0, "too far") == act("say")
+    ending = skill.resume({"near": 4}, 60.0)
+    assert isinstance(ending, SkillRunResult)
+    assert ending.status is StepStatus.DENIED
+    assert skill.close() is None

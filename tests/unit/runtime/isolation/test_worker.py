@@ -19,6 +19,7 @@ from aeros.runtime.isolation.protocol import (
     LoadSkill,
     ResumeSkill,
     SkillClosed,
+    SkillDenied,
     SkillFinished,
     SkillLoaded,
     SkillRaised,
@@ -73,8 +74,8 @@ class Talk:
             )
         )
 
-    def resume(self, near: float = 1.0) -> WorkerResponse:
-        return self.ask(lambda token: ResumeSkill(token, {"near": near}))
+    def resume(self, near: float = 1.0, denial: str = "") -> WorkerResponse:
+        return self.ask(lambda token: ResumeSkill(token, {"near": near}, denial))
 
     def end(self) -> None:
         self._ours.close()
@@ -109,6 +110,12 @@ def test_a_skill_is_run_action_by_action_to_its_outputs(
     last = talk.resume()
     assert isinstance(last, SkillFinished)
     assert last.outputs == {"found": True}
+
+
+def test_a_denial_that_the_skill_does_not_catch_is_its_last_answer(talk: Talk) -> None:
+    talk.load(lifting())
+    talk.resume()
+    assert isinstance(talk.resume(denial="too near"), SkillDenied)
 
 
 def test_after_its_last_answer_a_worker_is_over(talk: Talk) -> None:

@@ -54,6 +54,14 @@ def test_a_motion_through_a_volume_is_none_to_or_from_it() -> None:
     assert breach(turn(0.6, 2.6, 9.0), SurfaceLimits(0.3, 0.2)) is not None
 
 
+def test_a_motion_that_is_inside_all_the_way_is_near_its_target_from_the_start() -> None:
+    """Its tool goes 0.3 m along an arc of 0.6 rad."""
+    assert breach(turn(1.0, 1.6, 9.0), SurfaceLimits(0.35, 1.0)) is None
+    found = breach(turn(1.0, 1.6, 9.0), SurfaceLimits(0.25, 1.0))
+    assert found is not None
+    assert found[0] == 0.5 / 16
+
+
 def test_the_way_of_the_base_counts() -> None:
     assert breach(turn(0.0, 0.5, 4.0), SurfaceLimits(0.05, 0.01), 0.05) is None
     assert breach(turn(0.0, 0.5, 4.0), SurfaceLimits(0.05, 0.01), 0.3) is not None

@@ -16,7 +16,7 @@ from aeros.runtime.skills.in_process_run import (
     finished_result,
     run_in_process,
 )
-from aeros.skill import Inputs, Observation, SkillBody, act
+from aeros.skill import ActionDenied, Inputs, Observation, SkillBody, act
 from aeros.spec.model.site import Site
 
 GOOD = """
@@ -176,3 +176,26 @@ def test_a_keyboard_interrupt_leaves_a_run() -> None:
     other.resume({}, 1.0)
     with pytest.raises(KeyboardInterrupt):
         other.close()
+
+
+# Denials.
+
+
+def test_a_denial_is_raised_where_the_action_was_asked_for() -> None:
+    def careful(observed: Observation, inputs: Inputs) -> SkillBody:
+        try:
+            yield act("move")
+        except ActionDenied as denied:
+            yield act("say", reason=str(denied), seen=denied.observed["near"])
+
+    run = InProcessRun(careful, {})
+    run.resume({"near": 1}, 1.0)
+    assert run.resume({"near": 2}, 1.0, "too near") == act("say", reason="too near", seen=2)
+
+
+def test_a_skill_that_does_not_catch_a_denial_ends_with_it() -> None:
+    run = InProcessRun(echo, {"height": 0.5})
+    run.resume({"near": 1}, 1.0)
+    ending = run.resume({"near": 2}, 1.0, "too near")
+    assert isinstance(ending, SkillRunResult)
+    assert ending.status is StepStatus.DENIED

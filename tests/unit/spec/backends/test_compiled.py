@@ -213,3 +213,11 @@ def test_functions_of_the_same_source_share_no_code_and_another_source_is_not_ta
     assert again is not code
     assert [eval(code, {"a": a}) for a in (1, 2)] == [2, 3]  # noqa: S307
     assert eval(compiled.bytecode_of("a + 2", "eval"), {"a": 1}) == 3  # noqa: S307
+
+
+def test_no_other_term_than_those_of_the_scalar_core_becomes_code() -> None:
+    generator = compiled._CodeGenerator(_unit_ranges())
+    with pytest.raises(AssertionError, match=r"^not a core condition: "):
+        generator.condition(t.Implies(t.TRUE, t.FALSE))
+    with pytest.raises(AssertionError, match=r"^not a core real: "):
+        generator._real(t.Not(t.TRUE))

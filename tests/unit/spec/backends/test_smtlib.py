@@ -122,6 +122,11 @@ def test_a_condition_on_the_past_is_refused() -> None:
         question_script(Question([], {}, [t.Previously(t.TRUE)]))
 
 
+def test_a_component_of_something_else_than_a_vector_is_refused() -> None:
+    with pytest.raises(AssertionError, match=r"^not a vector: "):
+        question_script(Question([], {}, [t.Compare("<", X, t.Component(t.TRUE, 0))]))
+
+
 @pytest.mark.parametrize(
     ("type_", "value", "text"),
     [

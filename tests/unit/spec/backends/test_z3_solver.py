@@ -6,7 +6,7 @@ import pytest
 import z3
 
 from aeros.spec.backends.solver_results import SatResult, SolverAnswer
-from aeros.spec.backends.z3_solver import IncrementalSolver, solver_version
+from aeros.spec.backends.z3_solver import IncrementalSolver, SolverContext, solver_version
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, VectorType
@@ -120,6 +120,14 @@ def test_the_same_question_has_the_same_answer() -> None:
     question = t.And((_less(_metres(0), t.Multiply(X, Y)), t.Compare("==", t.Multiply(X, X), Y)))
     answers = [_session().check_sat(question) for _ in range(3)]
     assert answers[0] == answers[1] == answers[2]
+
+
+def test_no_other_term_and_no_other_variable_than_those_of_the_scalar_core_is_encoded() -> None:
+    for term in (t.Previously(A), t.Implies(A, A), t.Component(P, 0)):
+        with pytest.raises(AssertionError, match=r"^not in the scalar core: "):
+            _session()._encode(term)
+    with pytest.raises(AssertionError, match=r"^not a scalar: "):
+        SolverContext().constant(P)
 
 
 def test_the_solver_has_a_name_and_a_version() -> None:

@@ -9,7 +9,7 @@ import pytest
 from aeros.spec.flow import symbolic_paths
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.obligation import Obligation
-from tests.unit.spec.obligations.data.tidier import Change, failed, module, site
+from tests.unit.spec.obligations.data.tidier import Change, compare_reports, failed, module, site
 
 FETCH = "{skill: fetch, on_failure: stop}\n"
 SCRUB = "        - {skill: scrub, on_failure: stop}\n"
@@ -17,7 +17,9 @@ SEQ = f"        - {FETCH}"
 
 
 def faults(*changes: Change) -> dict[str, str]:
-    found = failed(composition_obligations(module(*changes), site()))
+    claims = list(composition_obligations(module(*changes), site()))
+    compare_reports("composition_reports.txt", changes, claims)
+    found = failed(claims)
     assert all(name.startswith("composition/clean/") for name in found)
     return {name.removeprefix("composition/clean/"): code for name, code in found.items()}
 

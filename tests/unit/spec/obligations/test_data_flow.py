@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from aeros.spec.obligations.data_flow import data_obligations
-from tests.unit.spec.obligations.data.tidier import Change, failed, module
+from tests.unit.spec.obligations.data.tidier import Change, compare_reports, failed, module
 
 SPEND = "{skill: spend, inputs: {gain: {from: weigh.amount}}}"
 STEPS = f"        - {{skill: weigh}}\n        - {SPEND}\n"
@@ -14,7 +14,9 @@ AMOUNT = "amount: {type: real, unit: mm, range: [0, 1000]}"
 
 def faults(*changes: Change) -> dict[str, str]:
     ecm = module(*changes)
-    found = failed(data_obligations(ecm.compositions["clean"], ecm.skills))
+    claims = list(data_obligations(ecm.compositions["clean"], ecm.skills))
+    compare_reports("data_flow_reports.txt", changes, claims)
+    found = failed(claims)
     return {name.removeprefix("composition/clean/"): code for name, code in found.items()}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -24,6 +25,7 @@ from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import discharge_obligations
 from tests.corpus.test_corpus import CORPUS
 from tests.hypothesis_profiles import examples
+from tests.reports_in_full import claim_lines, compare_with_file
 
 
 def _loaded(folder: str) -> Ecm:
@@ -145,3 +147,32 @@ def test_a_provider_with_too_many_paths_is_refused(monkeypatch: pytest.MonkeyPat
     judged = verdicts(HELPER)
     assert judged["interface/fetching/fetch/achieved"] is Verdict.REFUTED
     assert judged["interface/weighing/weigh/ready"] is Verdict.PROVED
+
+
+CHANGES = {
+    "as it is": ("", ""),
+    "an input of the interface alone": ("range: [2, 8]}}", "range: [2, 8]}, calm: {type: bool}}"),
+    "a narrower input": ("range: [1, 10]", "range: [3, 10]"),
+    "an input without a default": (", default: 2", ""),
+    "an output of the interface alone": ("{found: {type: real, unit: kg", "{total: {type: real, unit: kg"),
+    "a wider output": ("range: [0, 4999]", "range: [0, 5001]"),
+    "a start in every state": ("      precondition: not stop_pressed or inputs.force <= 4 N\n", ""),
+    "a precondition of the composition": (
+        "    do: {if: fetched",
+        "    precondition: not stop_pressed\n    do: {if: fetched",
+    ),
+}
+
+
+def test_the_claims_about_interfaces_in_full(tmp_path: Path) -> None:
+    manifest = (CORPUS / "accepted/capability_with_an_interface/helper/ecm.yaml").read_text()
+    (tmp_path / "skills.py").write_text("def rest(observed, inputs):\n    yield\n")
+    lines = []
+    for name, (old, new) in CHANGES.items():
+        assert old in manifest
+        (tmp_path / "ecm.yaml").write_text(manifest.replace(old, new, 1))
+        found = load_ecm(tmp_path, SITE, Diagnostics())
+        assert found is not None, name
+        lines += ["", f"# {name}"]
+        lines += [line for one in interface_obligations(found.ecm, SITE) for line in claim_lines(one)]
+    compare_with_file(Path(__file__).with_name("data") / "interface_claims.txt", "\n".join(lines[1:]) + "\n")

@@ -9,12 +9,13 @@ import pytest
 from aeros.models.interface import ValueInterface
 from aeros.models.onnx_session import OnnxSession
 from aeros.spec.backends.network.bound_search import BoundSearch
-from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.site import Site
 from aeros.spec.obligations import models
 from aeros.spec.obligations.models import model_obligations
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
+from tests.reports_in_full import claim_lines, compare_with_file
 from tests.unit.spec.backends.network.networks import TENT, content_of, random_layers
 
 CORPUS = Path(__file__).parents[3] / "corpus"
@@ -63,43 +64,10 @@ def test_bounds_are_proved_by_a_named_engine_or_left_to_run_time(module: Path, s
     assert all(one.diagnostic is None for one in found.values())
 
 
-def test_a_violation_is_shown_with_an_input_that_onnxruntime_evaluated(module: Path, site: Site) -> None:
-    found = claims(module, site, "upper: [1.1]", "upper: [0.5]")
-    violated = problem(found, "models/tent/bound/below-the-top")
-    assert violated.code == "AE511"
-    (note,) = violated.notes
-    assert "by onnxruntime" in note
-    assert "outside (-0.1 to 0.5)" in note
-
-
-@pytest.mark.parametrize(("upper", "is_rounding"), [("2000", True), ("1999", False)])
-def test_a_bound_that_is_missed_by_the_rounding_of_units_says_so(
-    module: Path, site: Site, upper: str, is_rounding: bool
-) -> None:
-    found = problem(
-        claims(module, site, "upper: [2001]", f"upper: [{upper}]"), "models/patience/bound/short-while-clean"
-    )
-    assert found.code == "AE511"
-    assert ("rounding of a conversion" in found.help[0]) is is_rounding
-    assert not any("train" in one for one in found.help)
-
-
 def test_a_violation_that_is_checked_at_each_call_is_no_error(module: Path, site: Site) -> None:
     found = claims(module, site, "then: {y: {upper: [1]}}", "then: {y: {upper: [0.7]}}")
     claim = found["models/tent/bound/at-the-top"]
     assert (claim.diagnostic, claim.runtime_checked_rule) == (None, "at-the-top")
-
-
-def test_an_open_bound_is_refused_and_says_what_to_do(
-    module: Path, site: Site, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(models, "marabou_version", lambda: None)
-    found = claims(module, site, "        runtime_checked: true\n", "")
-    claim = found["models/tent/bound/at-the-top"]
-    assert claim.verdict is Verdict.UNKNOWN
-    assert claim.diagnostic is not None
-    assert claim.diagnostic.code == "AE509"
-    assert "pip install '.[learned-proof]'" in claim.diagnostic.help[0]
 
 
 def test_a_bound_that_boxes_leave_open_is_put_to_marabou(
@@ -111,41 +79,6 @@ def test_a_bound_that_boxes_leave_open_is_put_to_marabou(
     assert (claim.verdict, claim.engine) == (Verdict.PROVED, "maraboupy 2.0.0")
 
 
-def test_a_check_of_what_is_proved_is_needless(module: Path, site: Site) -> None:
-    found = claims(module, site, "then: {y: {upper: [1]}}", "then: {y: {upper: [1.2]}}")
-    needless = problem(found, "models/tent/bound/at-the-top")
-    assert (needless.code, needless.severity) == ("AE505", Severity.WARNING)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "cause"),
-    [
-        (
-            "shape: [1]}\n    outputs",
-            "shape: [2]}\n    outputs",
-            "the input `x` of `tent.onnx` has the shape [1, 1]",
-        ),
-        ("      x: {", "      z: {", "the inputs of `tent.onnx` are `x`, not those that are declared"),
-        ("file: tent.onnx", "file: patience.csv", "it "),
-    ],
-)
-def test_a_network_without_the_declared_interface_is_refused(
-    module: Path, site: Site, old: str, new: str, cause: str
-) -> None:
-    if old.startswith("      x"):
-        old, new = "      x: {range: [0, 2]", "      z: {range: [0, 2]"
-    text = (module / "ecm.yaml").read_text().replace("given: {x: {lower: [0.5], upper: [1.5]}}", "given: {}")
-    (module / "ecm.yaml").write_text(text)
-    found = problem(claims(module, site, old, new), "models/tent/interface")
-    assert found.code == "AE142"
-    assert cause in found.headline
-
-
-def test_a_table_outside_of_its_range_is_refused(module: Path, site: Site) -> None:
-    found = claims(module, site, "range: [0, 9000]", "range: [0, 7000]")
-    assert "holds 500 to 8000, outside its range" in problem(found, "models/patience/interface").headline
-
-
 def test_a_network_with_an_unknown_operator_has_no_bound(module: Path, site: Site) -> None:
     content = content_of(TENT).replace(b"Relu", b"Selu")
     (module / "tent.onnx").write_bytes(content)
@@ -154,20 +87,42 @@ def test_a_network_with_an_unknown_operator_has_no_bound(module: Path, site: Sit
     assert "the operator `Selu`" in found.notes[0]
 
 
-def test_each_change_of_a_file_or_an_interface_has_its_code(
+CHANGES = {
+    "another shape": ("AE142", "shape: [1]}\n    outputs", "shape: [2]}\n    outputs"),
+    "another input": ("AE142", "      x: {range: [0, 2]", "      z: {range: [0, 2]"),
+    "no network": ("AE142", "file: tent.onnx", "file: patience.csv"),
+    "a narrower column": ("AE142", "range: [0, 9000]", "range: [0, 7000]"),
+    "a bound of the table": ("AE511", "upper: [2001]", "upper: [1999]"),
+    "a bound that units miss": ("AE511", "upper: [2001]", "upper: [2000]"),
+    "a bound of the network": ("AE511", "upper: [1.1]", "upper: [0.5]"),
+    "an open bound": ("AE509", "        runtime_checked: true\n", ""),
+    "a needless check": ("AE505", "then: {y: {upper: [1]}}", "then: {y: {upper: [1.2]}}"),
+}
+
+
+def test_the_reports_on_models_in_full(
     module: Path, site: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(models, "marabou_version", lambda: None)
-    changes = {
-        "AE142": ("range: [0, 9000]", "range: [0, 7000]"),
-        "AE505": ("then: {y: {upper: [1]}}", "then: {y: {upper: [1.2]}}"),
-        "AE509": ("        runtime_checked: true\n", ""),
-        "AE511": ("upper: [2001]", "upper: [1999]"),
-    }
-    for code, (old, new) in changes.items():
-        folder = Path(shutil.copytree(module, tmp_path / code))
+    lines = []
+    for name, (code, old, new) in CHANGES.items():
+        folder = Path(shutil.copytree(module, tmp_path / name))
+        if name == "another input":
+            manifest = (folder / "ecm.yaml").read_text()
+            box = "given: {x: {lower: [0.5], upper: [1.5]}}"
+            (folder / "ecm.yaml").write_text(manifest.replace(box, "given: {}"))
+        lines += ["", f"# {name}"]
         found = claims(folder, site, old, new).values()
         assert {one.diagnostic.code for one in found if one.diagnostic is not None} == {code}
+        lines += [line for one in found for line in claim_lines(one)]
+    missing = Path(shutil.copytree(module, tmp_path / "missing"))
+    loaded = load_ecm(missing, site, Diagnostics())
+    assert loaded is not None
+    (missing / "tent.onnx").unlink()
+    (missing / "patience.csv").write_text("dirt,duration")
+    lines += ["", "# files that change after they were read"]
+    lines += [line for one in model_obligations(loaded.ecm) for line in claim_lines(one)]
+    compare_with_file(Path(__file__).with_name("data") / "model_reports.txt", "\n".join(lines[1:]) + "\n")
 
 
 def test_a_file_that_changes_while_it_is_read_is_refused(

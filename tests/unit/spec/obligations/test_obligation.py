@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from pathlib import Path
+
 from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.model.rules import Conjunct
+from aeros.spec.obligations.composition import composition_obligations
+from aeros.spec.obligations.joint import joint_policy_obligations
 from aeros.spec.obligations.obligation import (
     LabelledConjunct,
+    Obligation,
     VariableSpace,
     label_conjuncts,
     rule_conjuncts,
 )
+from aeros.spec.obligations.permission import permission_obligations
+from aeros.spec.obligations.policy import policy_obligations
+from aeros.spec.obligations.safety import safety_obligations
+from tests.reports_in_full import claim_lines, compare_with_file
 from tests.unit.agent.dumplings import STATE, term
-from tests.unit.spec.obligations.data.tidier import site
+from tests.unit.spec.obligations.data.tidier import module, site
 
 SPAN = Source("text", "0123456789").span(2, 5)
 
@@ -43,3 +53,20 @@ def test_the_conjuncts_of_rules_are_labelled_with_the_rule_that_requires_them() 
         ("required by `short-drive`", "distance_driven <= 1 m"),
     ]
     assert rule_conjuncts(rules, "nothing") == ()
+
+
+def test_two_claims_of_each_kind_in_full() -> None:
+    place, ecm = site(), module()
+    claims = [
+        *policy_obligations(place),
+        *joint_policy_obligations(place),
+        *permission_obligations(ecm, place),
+    ]
+    claims += [*safety_obligations(ecm, place), *composition_obligations(ecm, place)]
+    lines: list[str] = []
+    seen: Counter[str] = Counter()
+    for one in claims:
+        if isinstance(one, Obligation):
+            seen[one.id.form.value] += 1
+            lines += claim_lines(one) if seen[one.id.form.value] <= 2 else ()
+    compare_with_file(Path(__file__).with_name("data") / "claims.txt", "\n".join(lines) + "\n")

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from aeros.spec.obligations.parallel import interference_claims, parallel_obligations
-from tests.unit.spec.obligations.data.tidier import Change, failed, module, site
+from tests.unit.spec.obligations.data.tidier import Change, compare_reports, failed, module, site
 
 BRANCHES = "        - {skill: sweep_arm}\n        - {skill: roll}\n"
 PAR = f"      par:\n{BRANCHES}"
@@ -23,7 +23,9 @@ def par(*branches: str) -> Change:
 def faults(*changes: Change) -> dict[str, str]:
     ecm = module(*changes)
     composition = ecm.compositions["both"]
-    found = failed(parallel_obligations(composition, ecm, site()))
+    claims = list(parallel_obligations(composition, ecm, site()))
+    compare_reports("parallel_reports.txt", changes, claims)
+    found = failed(claims)
     without_solver = failed(interference_claims(composition, ecm.skills, site()))
     assert without_solver == {name: code for name, code in found.items() if code != "AE861"}
     return {name.removeprefix("composition/both/"): code for name, code in found.items()}

@@ -6,7 +6,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
@@ -21,7 +22,7 @@ from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.verdicts import StaticClaim
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.text.site_layers import read_site
-from tests.unit.spec.obligations.data.tidier import Change, failed, module, site
+from tests.unit.spec.obligations.data.tidier import Change, compare_reports, failed, module, site
 
 GRANTED = "    actuators: [arm, turntable]\n    sensors: [panel, scanner, encoders, camera]\n"
 PERMITTED = "  actuators: [arm, turntable]\n  sensors: [camera, scanner, encoders]\n"
@@ -31,7 +32,9 @@ BLOCK = "    - {id: brush-lent, module: works_but_is_blocked, action: wipe"
 
 def faults(*changes: Change, at: tuple[Change, ...] = ()) -> dict[str, str]:
     place = site(*at)
-    found = failed(permission_obligations(module(*changes, at=place), place))
+    claims = list(permission_obligations(module(*changes, at=place), place))
+    compare_reports("permission_reports.txt", (*changes, *at), claims)
+    found = failed(claims)
     return {name.removeprefix("permission/"): code for name, code in found.items()}
 
 
@@ -153,6 +156,20 @@ def test_access_to_channels_and_computing_devices_must_be_granted_too() -> None:
     device = ("\nresources: {arm: 1", "\ncompute: {gpu: /dev/nvidia0}\n\nresources: {arm: 1")
     assert faults(asked, at=(granted, device)) == {}
     assert faults(asked) == {"access/channels": "AE404", "access/compute": "AE404"}
+
+
+def test_an_action_that_uses_a_channel_needs_a_permission_for_it() -> None:
+    asked = (PERMITTED, f"{PERMITTED}  channels: [announcements]\n")
+    place = site((GRANTED, f"{GRANTED}    channels: [announcements]\n"))
+    waiting = replace(place.kinds["wait"], tool=cast("Any", SimpleNamespace(channel="announcements")))
+    heard = replace(place, kinds={**place.kinds, "wait": waiting})
+    claims = list(permission_obligations(module(at=place), heard))
+    compare_reports("permission_reports.txt", "a channel", claims)
+    channels = {"permission/weigh/wait/channels": "AE411", "permission/spend/wait/channels": "AE411"}
+    assert failed(claims) == channels
+    permitted = {str(one.id) for one in permission_obligations(module(asked, at=place), heard)}
+    assert permitted >= channels.keys()
+    assert failed(permission_obligations(module(asked, at=place), heard)) == {}
 
 
 def test_a_refusal_names_all_that_is_missing_in_order() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.safety import envelope_space, is_runtime_checked, safety_obligations
-from tests.unit.spec.obligations.data.tidier import Change, failed, module, site
+from tests.unit.spec.obligations.data.tidier import Change, compare_reports, failed, module, site
 
 BUTTON = {
     f"{name}/stop-button": "gate stop-button"
@@ -21,7 +21,9 @@ GATED = "    gated: [slow-near-person]\n"
 def faults(*changes: Change, at: tuple[Change, ...] = ()) -> dict[str, str]:
     """Return the failures, without those that the unchanged module leaves to the gate."""
     place = site(*at)
-    found = failed(safety_obligations(module(*changes, at=place), place))
+    claims = list(safety_obligations(module(*changes, at=place), place))
+    compare_reports("safety_reports.txt", (*changes, *at), claims)
+    found = failed(claims)
     named = {name.removeprefix("safety/"): code for name, code in found.items()}
     return {name: code for name, code in named.items() if BUTTON.get(name) != code}
 

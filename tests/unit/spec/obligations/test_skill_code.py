@@ -263,3 +263,21 @@ def test_code_that_only_computes_is_accepted(loaded: tuple[Ecm, Site], code: str
 
 def test_an_encoding_that_python_does_not_look_for_is_a_comment(loaded: tuple[Ecm, Site]) -> None:
     assert _faults(loaded, f"#\n#\n# coding: nonsense\n{HEAD}{GRIP}") == set()
+
+
+def test_each_of_several_files_is_judged(loaded: tuple[Ecm, Site]) -> None:
+    ecm, site = loaded
+    drives = HEAD + "def wipe(o, i):\n    yield act('move_base', x=0.0, y=0.0, speed=0.1)\n"
+    given = {
+        "broken.py": b"def",
+        "idle.py": b"from os import system\n",
+        "perceivers.py": b"LIMIT = 1\n",
+        "skills.py": drives.encode(),
+    }
+    found = list(skill_code_obligations(ecm, site, read_skill_files(ecm.folder, given)))
+    faults = {str(one.id): one.diagnostic.code for one in found if one.diagnostic is not None}
+    assert faults == {
+        "form/code/broken.py": "AE139",
+        "form/code/idle.py": "AE134",
+        "form/wipe/asks": "AE133",
+    }

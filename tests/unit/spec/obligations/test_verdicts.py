@@ -22,3 +22,9 @@ def test_a_claim_is_refuted_by_an_error_alone() -> None:
     for severity in (Severity.WARNING, Severity.NOTE):
         diagnostic = Diagnostic("AE404", "it", severity=severity)
         assert StaticClaim(claim_id, diagnostic).verdict is Verdict.PROVED
+
+
+def test_a_claim_is_unknown_if_it_is_undecided_or_left_to_run_time() -> None:
+    claim_id = ClaimForm.ACCESS_GRANTED("sensors")
+    assert StaticClaim(claim_id, Diagnostic("AE509", "it")).verdict is Verdict.UNKNOWN
+    assert StaticClaim(claim_id, None, runtime_checked_rule="it").verdict is Verdict.UNKNOWN

@@ -39,6 +39,13 @@ FLOORS = {
     "unseen_11": 0.85,
     "unseen_12": 0.5,
     "unseen_13": 0.45,
+    "unseen_14": 0.86,
+    "unseen_15": 0.82,
+    "unseen_16": 0.88,
+    "unseen_17": 0.7,
+    "unseen_18": 0.74,
+    "unseen_19": 0.7,
+    "unseen_20": 0.6,
     "authors_2": 0.95,
     "authors_3": 0.96,
     "authors_4": 0.97,
@@ -46,7 +53,7 @@ FLOORS = {
 }
 """Shares of those that can be done that the grammar understands."""
 
-EACH_PUSH = ("unseen_4", "unseen_8", "unseen_12", "authors_4", "adversarial")
+EACH_PUSH = ("unseen_4", "unseen_8", "unseen_12", "unseen_20", "authors_4", "adversarial")
 """Lists that each push tries; the others are `deep`."""
 
 

@@ -16,7 +16,7 @@ from aeros.agent.instructions.sentences.spoken_sentences import spoken_sentences
         ("a) clean it b) cook", ["clean it", "cook"]),
         ("(1) clean it (2) cook", ["clean it", "cook"]),
         ("- clean it\n- cook", ["clean it", "cook"]),
-        ("Um, clean the, er, table", ["clean the , table"]),
+        ("Um, clean the, er, table", ["clean the table"]),
         (
             "cook and then, you know, if it is hot, well, clean it",
             ["cook and then , if it is hot , clean it"],

@@ -1,13 +1,15 @@
 from __future__ import annotations
 
+import math
 import random
+from typing import Any
 
 import pytest
 
 from aeros.models.interface import ValueInterface
 from aeros.models.onnx_session import OnnxSession
 from aeros.spec.backends.network.box_propagation import bound_vectors, propagate, rounding_errors
-from aeros.spec.backends.network.steps import Clip, Join, Network, Scale, Sum
+from aeros.spec.backends.network.steps import Clip, Join, Linear, Network, Scale, Smooth, Step, Sum
 from tests.unit.spec.backends.network.networks import content_of, network_of, random_layers, rounded
 
 
@@ -40,6 +42,81 @@ def test_every_step_holds_its_exact_result_and_little_more() -> None:
     low, high = propagate(network, {"x": ([0.0, 1.0], [1.0, 2.0])})["d"]
     assert low == pytest.approx([-1.0, -1.0, 0.0, 1.0])
     assert high == pytest.approx([1.0, 0.0, 1.0, 2.0])
+
+
+HUGE = 2.0**20
+LOST = Scale("lost", "x", (1.0,), (-HUGE,))
+"""Near zero for x near `HUGE`, and as wrong as a sum of such numbers may be."""
+
+
+def margins(steps: tuple[Step, ...], low: float, high: float, *, is_double: bool) -> tuple[float, float]:
+    """Return the error of rounding of the last step, and the width of its box, in units of roundoff."""
+    network = Network({"x": 1}, {"y": steps[-1].target}, steps, is_double)
+    vectors = bound_vectors(network, {"x": ([low], [high])})
+    (least,), (greatest,) = vectors[steps[-1].target]
+    unit = 2.0**-53 if is_double else 2.0**-24
+    return rounding_errors(network, vectors)[steps[-1].target][0] / unit, (greatest - least) / unit
+
+
+@pytest.mark.parametrize("is_double", [True, False])
+@pytest.mark.parametrize(
+    ("steps", "x", "size"),
+    [
+        ((Linear("y", "x", ((HUGE,),), (0.0,)),), 1.0, HUGE),
+        ((Linear("y", "x", ((-HUGE,),), (0.0,)),), -3.0, 3.0 * HUGE),
+        ((Linear("y", "x", ((0.0,),), (-HUGE,)),), 1.0, HUGE),
+        ((Linear("y", "x", ((1.0,),), (-HUGE,)),), HUGE, 2.0 * HUGE),
+        ((Scale("y", "x", (-HUGE,), (0.0,)),), 1.0, HUGE),
+        ((Scale("y", "x", (1.0,), (-HUGE,)),), HUGE, HUGE),
+        ((Scale("y", "x", (0.0,), (-HUGE,)),), 1.0, HUGE),
+        ((Sum("y", "x", "x", 1.0),), HUGE, 2.0 * HUGE),
+        # The error of what comes before.
+        ((LOST, Linear("y", "lost", ((-7.0,),), (0.0,))), HUGE, 7.0 * HUGE),
+        ((LOST, Scale("y", "lost", (-7.0,), (0.0,))), HUGE, 7.0 * HUGE),
+        (
+            (LOST, Scale("more", "x", (9.0,), (-9.0 * HUGE,)), Sum("y", "more", "lost", -1.0)),
+            HUGE,
+            10.0 * HUGE,
+        ),
+        (
+            (LOST, Scale("more", "x", (9.0,), (-9.0 * HUGE,)), Sum("y", "lost", "more", 1.0)),
+            HUGE,
+            10.0 * HUGE,
+        ),
+        ((LOST, Join("both", ("x", "lost")), Linear("y", "both", ((0.0, 3.0),), (0.0,))), HUGE, 3.0 * HUGE),
+        ((LOST, Clip("y", "lost", -HUGE, HUGE)), HUGE, HUGE),
+    ],
+)
+def test_margins_are_as_large_as_the_numbers_whose_rounding_they_bound(
+    steps: tuple[Step, ...], x: float, size: float, *, is_double: bool
+) -> None:
+    error, width = margins(steps, x, x, is_double=is_double)
+    assert size <= error <= 40.0 * size
+    assert 2.0 * size <= width <= 80.0 * size
+
+
+@pytest.mark.parametrize(("low", "high"), [(-3.0, 1.0), (-1.0, 3.0)])
+@pytest.mark.parametrize(
+    "step",
+    [Linear("y", "x", ((HUGE,),), (0.0,)), Scale("y", "x", (-HUGE,), (0.0,)), Sum("y", "x", "x", 1.0)],
+    ids=["linear", "scale", "sum"],
+)
+def test_errors_are_those_of_the_end_of_a_box_that_is_farther_from_zero(
+    step: Step, low: float, high: float
+) -> None:
+    error, _ = margins((step,), low, high, is_double=False)
+    of_low, of_high = (margins((step,), one, one, is_double=False)[0] for one in (low, high))
+    assert error == pytest.approx(max(of_low, of_high))
+
+
+@pytest.mark.parametrize(("name", "function"), [("tanh", math.tanh), ("sigmoid", None)])
+@pytest.mark.parametrize("x", [-800.0, -700.0, -2.0, 0.0, 0.5, 800.0])
+def test_smooth_steps_are_within_their_margin_of_the_function(name: str, function: Any, x: float) -> None:
+    network = Network({"x": 1}, {"y": "y"}, (Smooth("y", "x", name),), is_double=True)
+    (low,), (high,) = propagate(network, {"x": ([x - 1.0], [x + 1.0])})["y"]
+    exact = function or (lambda one: 0.5 + 0.5 * math.tanh(0.5 * one))
+    assert low == pytest.approx(exact(x - 1.0) - 2.0**-20, abs=1e-12)
+    assert high == pytest.approx(exact(x + 1.0) + 2.0**-20, abs=1e-12)
 
 
 def test_rounding_errors_grow_with_the_numbers() -> None:

@@ -62,6 +62,21 @@ def test_a_matrix_product_takes_columns() -> None:
     assert found == Linear("y", "x", ((1.0, 3.0), (2.0, 4.0)), (0.0, 0.0))
 
 
+def test_a_gemm_takes_columns_or_rows_and_a_bias_of_one_or_of_each() -> None:
+    matrix, pair = Tensor((2, 2), (1.0, 2.0, 3.0, 4.0)), Tensor((2,), (5.0, 6.0))
+    columns, rows = ((1.0, 3.0), (2.0, 4.0)), ((1.0, 2.0), (3.0, 4.0))
+    assert step(node("Gemm", "x", "w"), w=matrix) == Linear("y", "x", columns, (0.0, 0.0))
+    assert step(node("Gemm", "x", "w", transB=1.0), w=matrix) == Linear("y", "x", rows, (0.0, 0.0))
+    assert step(node("Gemm", "x", "w", "c"), w=matrix, c=TWO) == Linear("y", "x", columns, (2.0, 2.0))
+    assert step(node("Gemm", "x", "w", "c"), w=matrix, c=pair) == Linear("y", "x", columns, (5.0, 6.0))
+
+
+def test_a_constant_may_be_a_node() -> None:
+    constant = Operation("Constant", (), ("c",), {"value": TWO})
+    network = translate(graph(constant, node("Mul", "x", "c")), {"x": 2, "z": 2})
+    assert network.steps == (Scale("y", "x", (2.0, 2.0), (0.0, 0.0)),)
+
+
 def test_ends_of_a_clip_may_be_left_out() -> None:
     assert step(node("Clip", "x", "", "c"), c=replace(TWO, shape=())) == Clip("y", "x", -math.inf, 2.0)
 
@@ -80,6 +95,15 @@ def test_other_shapes_of_one_vector_are_the_vector() -> None:
         (node("Div", "x", "c"), "no power of 2"),
         (node("Gemm", "x", "z"), "weights that are not constant"),
         (node("Gemm", "x", "w", alpha=2.0), "alpha or beta"),
+        (node("Gemm", "x", "w", beta=2.0), "alpha or beta"),
+        (node("Gemm", "x", "w", "z"), "a bias not constant"),
+        (node("Gemm", "x", "c"), "weights that are not constant"),
+        (node("Gemm", "x", "tall"), "a batch with more than one row"),
+        (node("Div", "c", "x"), "two values that depend on inputs"),
+        (node("Div", "x", "zero"), "no power of 2"),
+        (node("MatMul", "x", "c"), "matrix that is not constant"),
+        (node("Concat", "x", "z"), "another axis"),
+        (node("Gemm", "x", "w", transA=(1,)), "`transA` that is no number"),
         (node("Gemm", "x", "w", transA=1.0), "weights that are not constant"),
         (node("MatMul", "x", "z"), "matrix that is not constant"),
         (node("Clip", "x", "z"), "end that is not constant"),
@@ -93,6 +117,8 @@ def test_anything_else_is_refused(one: Operation, cause: str) -> None:
     constants = {
         "c": Tensor((1,), (3.0,)),
         "w": Tensor((2, 2), (1.0, 0.0, 0.0, 1.0)),
+        "tall": Tensor((3, 1), (1.0, 1.0, 1.0)),
+        "zero": Tensor((1,), (0.0,)),
         "wide": Tensor((1, 3), (1.0, 1.0, 1.0)),
     }
     with pytest.raises(UnsupportedNetworkError, match=cause):

@@ -15,6 +15,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from aeros.spec.verification.discharge import discharge_obligations
+from tests.reports_in_full import claim_lines, compare_with_section
 
 TABLE = (Path(__file__).parents[4] / "corpus" / "site" / "table.yaml").read_text(encoding="utf-8")
 _MANIFEST = Path(__file__).with_name("tidier.yaml").read_text(encoding="utf-8")
@@ -51,6 +52,19 @@ def module(*changes: Change, at: Site | None = None) -> Ecm:
         found = load_ecm(Path(folder), site() if at is None else at, sink)
         assert found is not None, [one.headline for one in sink]
         return found.ecm
+
+
+def compare_reports(file: str, title: object, claims: Iterable[Obligation | StaticClaim]) -> None:
+    """Compare the reports on claims that are settled without a solver with those of a file.
+
+    Args:
+        file: name of a file in this folder.
+        title: object whose text is the title of the section.
+        claims: the claims; others are left out.
+    """
+    lines = [line for one in claims if isinstance(one, StaticClaim) for line in claim_lines(one)]
+    if lines:
+        compare_with_section(Path(__file__).with_name(file), repr(title), "\n".join(lines) + "\n")
 
 
 def failed(claims: Iterable[Obligation | StaticClaim]) -> dict[str, str]:

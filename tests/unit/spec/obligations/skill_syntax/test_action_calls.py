@@ -42,6 +42,15 @@ def test_calls_are_followed_through_imports() -> None:
         ("Action('grip', {'width': 1})", ("width",)),
         ("Action('grip', {name: 1})", None),
         ("Action('grip', more)", None),
+        ("Action('grip', {**more, 'width': 1})", None),
+        ("Action('grip', {1: 1})", None),
+        ("Action('grip', {'width': 1}, 3)", None),
+        ("Action('grip', {'width': 1}, force=2)", None),
+        ("Action('grip', {'width': 1}, **more)", None),
+        ("Action('grip')", None),
+        ("act('grip')", ()),
+        ("act('grip', width=1, **more)", None),
+        ("act(kind='grip')", None),
     ],
 )
 def test_parameters_are_those_that_are_written_out(call: str, names: tuple[str, ...] | None) -> None:

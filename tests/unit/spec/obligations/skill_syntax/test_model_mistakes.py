@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
+from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr.units import parse_unit
 from aeros.spec.model.models import ModelValue, ModuleModel
 from aeros.spec.obligations.skill_syntax.model_mistakes import model_mistakes
 from aeros.spec.obligations.skill_syntax.skill_source import SkillFile
+from tests.reports_in_full import compare_with_section, shown
 
 SPAN = Source("ecm.yaml", "gauge").span(0, 5)
 
@@ -33,13 +36,13 @@ GAUGE = ModuleModel(
 )
 
 
-def found(body: str) -> list[tuple[str, str]]:
-    """Headline and marked text of each mistake in a function with this body."""
+def found(body: str) -> list[Diagnostic]:
+    """Each mistake in a function with this body."""
     file = SkillFile("skills.py", f"def entry(observed, inputs, models):\n{body}".encode())
-    mistakes = model_mistakes(file, file.functions["entry"], "models", {"gauge": GAUGE})
-    return [(one.headline, one.primary.span.text) for one in mistakes if one.primary is not None]
+    return list(model_mistakes(file, file.functions["entry"], "models", {"gauge": GAUGE}))
 
 
+REPORTS = Path(__file__).parents[1] / "data" / "model_mistakes.txt"
 RUN = 'models["gauge"].run(level=1, tilt=2)'
 
 
@@ -64,7 +67,10 @@ RUN = 'models["gauge"].run(level=1, tilt=2)'
     ],
 )
 def test_a_mistake_is_marked(body: str, headline: str, marked: str) -> None:
-    assert found(body) == [(headline, marked)]
+    (mistake,) = found(body)
+    assert mistake.primary is not None
+    assert (mistake.headline, mistake.primary.span.text) == (headline, marked)
+    compare_with_section(REPORTS, repr(body), "".join(f"{line}\n" for line in shown(mistake)))
 
 
 @pytest.mark.parametrize(

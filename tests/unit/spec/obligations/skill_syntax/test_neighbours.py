@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,11 @@ from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.skill_code import skill_code_obligations
-from aeros.spec.obligations.skill_syntax.neighbours import files_run_by, files_run_together
+from aeros.spec.obligations.skill_syntax.neighbours import (
+    files_run_by,
+    files_run_together,
+    neighbour_imports,
+)
 from aeros.spec.obligations.skill_syntax.skill_source import SkillFile, read_skill_files
 from aeros.spec.text.discovery import reference_site_path
 
@@ -128,3 +133,9 @@ def test_files_are_executed_for_an_entry_and_together() -> None:
     assert list(files_run_by("absent.py", files)) == []
     assert list(files_run_together("b.py", files)) == ["skills.py", "other.py", "a.py", "b.py"]
     assert list(files_run_together("lone.py", files)) == ["lone.py"]
+
+
+def test_only_a_file_beside_the_importing_one_is_a_neighbour() -> None:
+    code = "from .legs import leg\nfrom .more.legs import leg\nfrom ..legs import leg\nfrom . import legs"
+    (found,) = neighbour_imports(ast.parse(f"{code}\nfrom legs import leg"))
+    assert (found.path, found.alias.name) == ("legs.py", "leg")

@@ -9,8 +9,10 @@ import pytest
 
 from aeros.spec.verification.verify import Detail, verify
 from tests.repo.tree import ROOT
+from tests.reports_in_full import compare_with_section, shown
 
 CORPUS = ROOT / "tests" / "corpus"
+REPORTS = Path(__file__).parents[1] / "data" / "perceiver_mistakes.txt"
 
 
 @pytest.mark.parametrize(
@@ -36,5 +38,7 @@ def test_a_key_that_is_never_there_is_marked(
     assert old in code.read_text()
     code.write_text(code.read_text().replace(old, new, 1))
     (found,) = verify([module], CORPUS / "site" / "table.yaml", detail=Detail.BRIEF).modules
-    shown = [one.primary.span.text for one in found.diagnostics if one.code == "AE147" and one.primary]
-    assert shown == ([] if marked is None else [marked])
+    texts = [one.primary.span.text for one in found.diagnostics if one.code == "AE147" and one.primary]
+    assert texts == ([] if marked is None else [marked])
+    lines = [line for one in found.diagnostics for line in shown(one)]
+    compare_with_section(REPORTS, f"{case}: {old!r} becomes {new!r}", "".join(f"{line}\n" for line in lines))

@@ -23,8 +23,10 @@ from aeros.spec.obligations.skill_code import skill_code_obligations
 from aeros.spec.obligations.skill_syntax.allowed_syntax import ALLOWED_NODES, REFUSED_NODES
 from aeros.spec.obligations.skill_syntax.skill_source import read_skill_files
 from aeros.spec.text.discovery import reference_site_path
+from tests.reports_in_full import compare_with_section, shown
 
 _CASES = Path(__file__).parents[1] / "data" / "skill_code_cases.txt"
+_REPORTS = _CASES.with_name("skill_code_reports.txt")
 _MODULE = Path(__file__).parents[5] / "ecms" / "clean_table"
 _NO_CODE = {"AugLoad", "AugStore", "Expression", "ExtSlice", "FunctionType", "Index", "Interactive", "Param"}
 _NO_CODE |= {"Suite", "TypeIgnore", "Num", "Str", "Bytes", "NameConstant", "Ellipsis"}
@@ -92,6 +94,9 @@ def test_any_other_code_is_refused_at_its_line_with_a_remedy(case: Case, loaded:
     assert found[0].primary is not None
     if case.code != "AE124":  # reported at the entry in the manifest
         assert found[0].primary.span.line == case.line
+    if case.code != "AE139":  # in the words of the Python that runs
+        lines = [line for one in judge(loaded, case.text) for line in shown(one)]
+        compare_with_section(_REPORTS, case.name, "".join(f"{line}\n" for line in lines))
 
 
 @pytest.mark.parametrize("case", ACCEPTED, ids=lambda case: case.name)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import ast
 from itertools import product
+from pathlib import Path
 
 import pytest
 
 from aeros.spec.obligations.skill_syntax.skill_source import SkillFile, UnreadableCodeError, read_skill_files
 from tests.property.mix import Mix
+from tests.reports_in_full import compare_with_section, shown
+
+REPORTS = Path(__file__).parents[1] / "data" / "unreadable_code.txt"
 
 
 def test_the_tree_its_nodes_and_its_functions_are_those_of_the_text() -> None:
@@ -31,6 +35,8 @@ def test_the_tree_its_nodes_and_its_functions_are_those_of_the_text() -> None:
         ("größe = 1\n".encode(), "the name `größe` is not written in ASCII"),
         ("ｌｅｎ = 1\n".encode(), "the name `ｌｅｎ` is not written in ASCII, and Python reads it as `len`"),
         ("# ok\nx = 1 # \u202e\n".encode(), "the character U+202E (RIGHT-TO-LEFT OVERRIDE) is not allowed"),
+        ("ﬁn = 1\n".encode(), "the name `ﬁn` is not written in ASCII, and Python reads it as `fin`"),
+        (b"x = " + b"-" * 150 + b"1\n", "the code is nested more than"),
         (b"x = " + b"(" * 300 + b")" * 300 + b"\n", "this is not Python: too many nested parentheses"),
     ],
 )
@@ -38,6 +44,9 @@ def test_code_that_is_not_plain_python_is_refused(content: bytes, why: str) -> N
     with pytest.raises(UnreadableCodeError) as raised:
         SkillFile("skills.py", content)
     assert str(raised.value).startswith(why)
+    if not why.startswith("this is not Python"):  # in the words of the Python that runs
+        lines = "".join(f"{line}\n" for line in shown(raised.value.diagnostic))
+        compare_with_section(REPORTS, repr(content), lines)
 
 
 @pytest.mark.parametrize(
@@ -57,6 +66,20 @@ def test_a_syntax_error_is_marked_at_the_place_that_python_names(code: str, line
     assert found.code == "AE139"
     assert found.primary is not None
     assert (found.primary.span.line, found.primary.span.text) == (line, marked)
+
+
+@pytest.mark.parametrize("prefix", ["f", "F", "rf", "Fr"])
+@pytest.mark.parametrize("quote", ["'", '"', '"""'])
+def test_a_name_in_a_formatted_text_is_written_in_ascii(prefix: str, quote: str) -> None:
+    with pytest.raises(UnreadableCodeError, match=r"the name `ｌ.*` is not written in ASCII") as raised:
+        SkillFile("skills.py", f"x = {prefix}{quote}{{ｌｅｎ}}{quote}\n".encode())
+    assert raised.value.diagnostic.code == "AE134"
+
+
+@pytest.mark.parametrize("quote", ["'", '"', '"""'])
+def test_a_text_may_begin_with_the_letter_of_a_format(quote: str) -> None:
+    code = f"x = {quote}fｌ{quote}\n"
+    assert SkillFile("skills.py", code.encode()).source.text == code
 
 
 @pytest.mark.parametrize(
