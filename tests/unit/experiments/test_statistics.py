@@ -95,7 +95,7 @@ def test_a_difference_that_is_detectable_is_found_in_four_of_five_cases(hits: in
     assert seen / 2000 == pytest.approx(0.8, abs=0.03)
 
 
-def test_what_cannot_be_told_apart_from_nothing_is_the_whole_probability() -> None:
+def test_the_largest_difference_is_the_whole_probability() -> None:
     assert detectable_difference(1, 100) == pytest.approx(0.01, abs=1e-5)
     # Fisher's test of 100 and 94 of 100 has p = 0.029, of 100 and 95 it has 0.059
     assert detectable_difference(100, 100) == pytest.approx(0.0777, abs=5e-4)

@@ -77,7 +77,7 @@ def test_everything_else_is_the_runtimes() -> None:
     assert trial.counting.site is trial.runtime.site
 
 
-def test_what_is_not_of_the_port_is_not_passed_on() -> None:
+def test_attributes_outside_the_port_are_not_passed_on() -> None:
     """The harness's runtime has the state of the plant, and so the truth, which no architecture gets."""
     trial = Trial()
     trial.runtime.truth = {"dumpling_cooked": True}  # type: ignore[attr-defined]

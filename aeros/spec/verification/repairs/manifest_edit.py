@@ -149,9 +149,8 @@ class ManifestEditor:
             return None
         end = max(listed.span.end, _end_of(listed))
         text = self.source.text[name.span.end : end].rstrip()
-        if _COMMENT.search(text):
-            return None
-        return Fix(SourceSpan(self.source, name.span.end, name.span.end + len(text)), ": []")
+        replaced = SourceSpan(self.source, name.span.end, name.span.end + len(text))
+        return None if _COMMENT.search(text) else Fix(replaced, ": []")
 
     def remove_item(self, sequence: Node | None, number: int) -> Fix | None:
         """Remove an item of a list of lines with the comment behind it, or one of a list in brackets.
@@ -161,8 +160,7 @@ class ManifestEditor:
             number: position of an item that it has beside others.
 
         Returns:
-            The edit; None if the node is no list with that item and another, the item shares its lines, or a
-            comment on a line of its own, or of another item, would go with it.
+            The edit; None if there is no other item, or this one shares its lines or has a comment within.
         """
         if not isinstance(sequence, SequenceNode) or len(sequence.items) < 2 or number >= len(sequence.items):
             return None
@@ -177,10 +175,8 @@ class ManifestEditor:
             end = items[number + 1].span.start
         else:
             start = _end_of(items[number - 1])
-        removed = text[start:end].strip()
-        if _COMMENT_LINE.search(removed) or (self._is_flow(sequence) and _COMMENT.search(removed)):
-            return None
-        return Fix(SourceSpan(self.source, start, end), "")
+        comment = _COMMENT if self._is_flow(sequence) else _COMMENT_LINE
+        return None if comment.search(text[start:end]) else Fix(SourceSpan(self.source, start, end), "")
 
     def remove_entry(self, mapping: Node | None, key: str) -> Fix | None:
         """Remove a key with its value, and the comment behind it; comments on other lines stay.

@@ -87,7 +87,7 @@ def test_failures_are_helped_tried_again_and_started_again(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_helps_after_all_attempts_runs_once_and_before_a_new_start(name: str) -> None:
+def test_a_recovery_after_all_attempts_runs_once_and_before_a_new_start(name: str) -> None:
     task = DUMPLING.tasks["make_dumplings"]
     task = replace(task, rules=(*task.rules[:-1], rule("dumpling_cooked", "boil", on_failure="prepare")))
     trial = Trial(runtime=Slow({"boil": ["nothing_changed"] * 4}))
