@@ -111,6 +111,13 @@ class CountingRuntime:
         return world_from_readings(self._runtime.site.state, self._runtime.observe(), self._runtime.now())
 
     def __getattr__(self, name: str) -> Any:
+        """Pass on what the port has; all else is the harness's, the truth in the simulator among it.
+
+        Raises:
+            AttributeError: the port has no such attribute.
+        """
+        if not hasattr(Runtime, name):
+            raise AttributeError(f"`{name}` is not part of the runtime's port")
         return getattr(self._runtime, name)
 
 

@@ -47,14 +47,10 @@ class BehaviorTreeCpp:
         parts = []
         for rule in context.task.task.rules:
             step = step_of_rule(context.task.module, rule)
-            helper, attempt = step.between_tries or step.on_failure, nodes.action(step)
-            if helper is not None:
-                recovery = nodes.action(helper, is_recovery=True)
-                attempt = f"<Fallback>{attempt}<Inverter>{recovery}</Inverter></Fallback>"
+            attempt = nodes.helped(nodes.action(step), step.between_tries)
+            tried = nodes.helped(f"{retried}{attempt}</RetryUntilSuccessful>", step.on_failure)
             condition = nodes.condition(partial(_is_met, context, rule.satisfied_condition))
-            parts.append(
-                f"<ReactiveFallback>{condition}{retried}{attempt}</RetryUntilSuccessful></ReactiveFallback>"
-            )
+            parts.append(f"<ReactiveFallback>{condition}{tried}</ReactiveFallback>")
         return (
             '<root BTCPP_format="4" main_tree_to_execute="Task"><BehaviorTree ID="Task">'
             f'<RetryUntilSuccessful num_attempts="{self._max_starts}">'
@@ -101,6 +97,12 @@ class _Nodes:
 
         self.factory.register_simple_stateful_action(name, tick, tick, lambda _: self._status(skill.halt))
         return f"<Action ID={quoteattr(name)}/>"
+
+    def helped(self, tried: str, helper: PlanStep | None) -> str:
+        """Make what fails only after another skill has run, if there is one that helps."""
+        if helper is None:
+            return tried
+        return f"<Fallback>{tried}<Inverter>{self.action(helper, is_recovery=True)}</Inverter></Fallback>"
 
     def _name(self, of: str) -> str:
         self._count += 1

@@ -4,14 +4,16 @@
         → task, with memory
             ? a rule, without memory: its condition is evaluated at each tick, also while the skill runs
                 its `satisfied_condition` is measured
-                ↻ Retry
-                    ? attempt, with memory
-                        the rule's skill
-                        ¬ recovery: another attempt follows its success
+                ? all attempts, with memory
+                    ↻ Retry
+                        ? attempt, with memory
+                            the rule's skill
+                            ¬ its `between_tries`: another attempt follows its success
+                    ¬ its `on_failure`: the tree starts again after its success
             ? …                         the next rule
 
-A recovery is the rule's `between_tries`, or else its `on_failure`.  Where all attempts of a rule have failed,
-the tree starts again at its first rule, as a planner would make another plan: what holds already is skipped.
+Where all attempts of a rule have failed, the tree starts again at its first rule, as a planner would make
+another plan: what holds already is skipped.
 
 Sources: py_trees 2.6 (https://py-trees.readthedocs.io/en/release-2.6.x/: a selector without memory
 interrupts its lower children; decorators `Retry` and `Inverter`); Colledanchise and Ögren, Behavior Trees
@@ -26,6 +28,7 @@ from py_trees.composites import Selector, Sequence
 from py_trees.decorators import Inverter, Retry
 
 from aeros.agent.planning.base import step_of_rule
+from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments.architecture import ArchitectureReport, TrialContext
 from aeros.experiments.architectures.behaviour_tree import ConditionNode
 from aeros.experiments.architectures.ticked_skill import TickedSkill, TreeCounters
@@ -60,20 +63,29 @@ class ExpertTree:
         self, context: TrialContext, counters: TreeCounters, name: str, rule: PlanningRule
     ) -> Behaviour:
         step = step_of_rule(context.task.module, rule)
-        helper = step.between_tries or step.on_failure
         attempt: Behaviour = _Leaf(name, TickedSkill(context, step, counters))
-        if helper is not None:
-            skill = TickedSkill(context, helper, counters, is_recovery=True)
-            recovery = Inverter(f"{name}, then again", _Leaf(f"{name}, {helper.skill}", skill))
-            attempt = Selector(f"{name}, helped", memory=True, children=[attempt, recovery])
+        attempt = _helped(f"{name}, helped", attempt, context, step.between_tries, counters)
+        tried: Behaviour = Retry(f"{name}, retried", attempt, self._max_tries)
+        tried = _helped(f"{name}, given up", tried, context, step.on_failure, counters)
         return Selector(
             f"{name} or not needed",
             memory=False,
             children=[
                 ConditionNode(name, context, rule.satisfied_condition),
-                Retry(f"{name}, retried", attempt, self._max_tries),
+                tried,
             ],
         )
+
+
+def _helped(
+    name: str, tried: Behaviour, context: TrialContext, helper: PlanStep | None, counters: TreeCounters
+) -> Behaviour:
+    """Return what fails only after another skill has run, if there is one that helps."""
+    if helper is None:
+        return tried
+    skill = TickedSkill(context, helper, counters, is_recovery=True)
+    recovery = Inverter(f"{name}, then again", _Leaf(f"{name}, {helper.skill}", skill))
+    return Selector(name, memory=True, children=[tried, recovery])
 
 
 class _CountedSequence(Sequence):

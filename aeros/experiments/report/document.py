@@ -313,8 +313,8 @@ _ABOUT_TESTS: Final = (
     "The paper's values are of Fisher's exact test with one side: 95 against 100 of 100 have 0.030, "
     "and with both 0.059. As both ran the same seeds, McNemar's exact test, which compares seed by "
     "seed, is the one that fits. *Holm*: the value before it, corrected for the number of tests of this "
-    "experiment. *Seen with 80 %, from*: so many trials of each show a difference of that size in four "
-    "of five cases; of smaller ones they say little."
+    "experiment. *Seen with 80 %, from*: so many trials of each show a difference of that size in four of "
+    "five cases by Fisher's test without correction; of smaller ones they say little."
 )
 
 

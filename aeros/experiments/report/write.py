@@ -7,10 +7,12 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from aeros.experiments.catalogue import catalogue
 from aeros.experiments.report.document import document, title_of
 from aeros.experiments.report.html import as_html
 from aeros.experiments.report.markdown import Block, as_markdown, heading, table
 from aeros.experiments.report.questions import question_blocks
+from aeros.experiments.trial_kinds import condition_digest
 from aeros.files import replace_durably
 
 RESULTS: Final = "results.json"
@@ -19,7 +21,9 @@ REPORT: Final = "report.md"
 
 
 def is_stale(results: Mapping[str, Any], sources_digest: str) -> bool:
-    """Tell if results were made with other code, modules, scenes or another site.
+    """Tell if results were made with other code, conditions, modules, scenes or another site.
+
+    A row that the catalogue does not have, as that of an entry, is not compared.
 
     Args:
         results: of `compute_results`, or older ones, which say nothing of their sources.
@@ -28,7 +32,15 @@ def is_stale(results: Mapping[str, Any], sources_digest: str) -> bool:
     Returns:
         True if it is not known that a run would give them again.
     """
-    return bool(results.get("sources") != sources_digest)
+    if results.get("sources") != sources_digest:
+        return True
+    now = {row.id: row.condition for one in catalogue(results["plant"]).values() for row in one.rows}
+    return any(
+        row["digest"] != condition_digest(now[row["id"]], results["premises"])
+        for one in results["experiments"]
+        for row in one["rows"]
+        if row["id"] in now
+    )
 
 
 def index_page(folders: Iterable[Path], sources_digest: str) -> str:

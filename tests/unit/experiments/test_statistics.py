@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from math import pi, sin
+from collections import Counter
 
+import numpy as np
 import pytest
 
 from aeros.experiments.statistics import (
@@ -78,8 +79,23 @@ def test_holm_multiplies_by_the_tests_that_are_left_and_keeps_the_order() -> Non
     assert holm([]) == []
 
 
-def test_a_difference_that_is_detectable_is_found_in_four_of_five_cases() -> None:
-    # Cohen 1988, table 6.4.1: 98 of each are needed for h = 0.40, by which 2 asin(√p) falls
-    assert detectable_difference(49, 98) == pytest.approx(0.5 - sin(pi / 4 - 0.20) ** 2, abs=1e-3)
-    assert detectable_difference(100, 100) == pytest.approx(0.0386, abs=2e-4)
-    assert detectable_difference(1, 100) == pytest.approx(0.01)
+@pytest.mark.parametrize("hits", [100, 96, 60])
+def test_a_difference_that_is_detectable_is_found_in_four_of_five_cases(hits: int) -> None:
+    rng = np.random.default_rng(0)
+    known = hits / 100
+    pairs = zip(
+        rng.binomial(100, known, 2000).tolist(),
+        rng.binomial(100, known - detectable_difference(hits, 100), 2000).tolist(),
+        strict=True,
+    )
+    found = Counter(pairs)
+    seen = sum(
+        number for (one, other), number in found.items() if fisher_exact_test((one, 100), (other, 100)) < 0.05
+    )
+    assert seen / 2000 == pytest.approx(0.8, abs=0.03)
+
+
+def test_the_largest_difference_is_the_whole_probability() -> None:
+    assert detectable_difference(1, 100) == pytest.approx(0.01, abs=1e-5)
+    # Fisher's test of 100 and 94 of 100 has p = 0.029, of 100 and 95 it has 0.059
+    assert detectable_difference(100, 100) == pytest.approx(0.0777, abs=5e-4)

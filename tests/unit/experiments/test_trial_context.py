@@ -77,6 +77,14 @@ def test_everything_else_is_the_runtimes() -> None:
     assert trial.counting.site is trial.runtime.site
 
 
+def test_attributes_outside_the_port_are_not_passed_on() -> None:
+    """The harness's runtime has the state of the plant, and so the truth, which no architecture gets."""
+    trial = Trial()
+    trial.runtime.truth = {"dumpling_cooked": True}  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match="`truth` is not part of the runtime's port"):
+        _ = trial.counting.truth
+
+
 # The context.
 
 

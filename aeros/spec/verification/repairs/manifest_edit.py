@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import re
+from typing import Final
+
 from aeros.spec.diagnostics.codes import Diagnostics, Fix
 from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from aeros.spec.text.yaml_reader import read_yaml
 from aeros.spec.verification.repairs.condition_text import conjoin_texts
 from aeros.spec.verification.repairs.source_edit import AMBIGUOUS, edit_in_source
+
+_COMMENT: Final = re.compile(r"(?:^|\s)#", re.MULTILINE)
+_COMMENT_LINE: Final = re.compile(r"^\s*#", re.MULTILINE)
+"""Comments, and what may be one: a text in a block can look like it."""
 
 
 class ManifestEditor:
@@ -142,19 +149,18 @@ class ManifestEditor:
             return None
         end = max(listed.span.end, _end_of(listed))
         text = self.source.text[name.span.end : end].rstrip()
-        if any(line.lstrip().startswith("#") for line in text.splitlines()):
-            return None
-        return Fix(SourceSpan(self.source, name.span.end, name.span.end + len(text)), ": []")
+        replaced = SourceSpan(self.source, name.span.end, name.span.end + len(text))
+        return None if _COMMENT.search(text) else Fix(replaced, ": []")
 
     def remove_item(self, sequence: Node | None, number: int) -> Fix | None:
-        """Remove an item of a list, and the comment behind it; comments on other lines stay.
+        """Remove an item of a list of lines with the comment behind it, or one of a list in brackets.
 
         Args:
             sequence: the list.
             number: position of an item that it has beside others.
 
         Returns:
-            The edit; None if the node is no list with that item and another, or the item shares its lines.
+            The edit; None if there is no other item, or this one shares its lines or has a comment within.
         """
         if not isinstance(sequence, SequenceNode) or len(sequence.items) < 2 or number >= len(sequence.items):
             return None
@@ -169,7 +175,8 @@ class ManifestEditor:
             end = items[number + 1].span.start
         else:
             start = _end_of(items[number - 1])
-        return Fix(SourceSpan(self.source, start, end), "")
+        comment = _COMMENT if self._is_flow(sequence) else _COMMENT_LINE
+        return None if comment.search(text[start:end]) else Fix(SourceSpan(self.source, start, end), "")
 
     def remove_entry(self, mapping: Node | None, key: str) -> Fix | None:
         """Remove a key with its value, and the comment behind it; comments on other lines stay.

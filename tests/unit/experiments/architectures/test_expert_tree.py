@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import inf
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 pytest.importorskip("py_trees", reason="needs `pip install '.[experiments]'`")
 pytest.importorskip("behaviortreepy", reason="needs `pip install '.[experiments]'`")
 
+from aeros.agent.planning.routing import RoutedTask
 from aeros.experiments.architecture import (
     Architecture,
     ArchitectureReport,
@@ -18,6 +20,7 @@ from aeros.experiments.architecture import (
 )
 from aeros.experiments.exact_prediction import predict
 from aeros.runtime.ports import EndedStep, StepHandle, StepRequest, StepResult
+from tests.unit.agent.dumplings import DUMPLING, rule
 from tests.unit.agent.fake_runtime import Ending, FakeRuntime
 from tests.unit.experiments.support.common import FAILURES, model
 from tests.unit.experiments.support.dumpling_trials import Trial
@@ -81,6 +84,18 @@ def test_failures_are_helped_tried_again_and_started_again(
     trial = Trial(runtime=Slow(endings))
     assert tree(name, max_tries=3, max_starts=2).pursue(trial.context) == report
     assert trial.runtime.submitted == submitted
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_recovery_after_all_attempts_runs_once_and_before_a_new_start(name: str) -> None:
+    task = DUMPLING.tasks["make_dumplings"]
+    task = replace(task, rules=(*task.rules[:-1], rule("dumpling_cooked", "boil", on_failure="prepare")))
+    trial = Trial(runtime=Slow({"boil": ["nothing_changed"] * 4}))
+    trial.context._routed = RoutedTask("dumpling", task)
+    assert tree(name, max_tries=3, max_starts=2).pursue(trial.context) == ArchitectureReport(
+        retries=4, recoveries=1, replans=1
+    )
+    assert trial.runtime.submitted == ["prepare", "recover", "wrap", *["boil"] * 3, "prepare", *["boil"] * 2]
 
 
 @pytest.mark.parametrize("name", NAMES)

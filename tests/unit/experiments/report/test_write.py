@@ -12,8 +12,10 @@ import pytest
 pytest.importorskip("matplotlib", reason="needs `pip install '.[experiments]'`")
 pytest.importorskip("markdown_it", reason="needs `pip install '.[experiments]'`")
 
+from aeros.experiments.catalogue import catalogue
 from aeros.experiments.report.figures import ReportFigure
-from aeros.experiments.report.write import FIGURES, RESULTS, index_page, write_report
+from aeros.experiments.report.write import FIGURES, RESULTS, index_page, is_stale, write_report
+from aeros.experiments.trial_kinds import condition_digest
 from tests.unit.experiments.report.made_up import experiment, results, row, share
 
 ROW = row("4/a", {"success": share(60.0, 65.0)}, labels=["é"])
@@ -92,3 +94,13 @@ def test_of_a_report_the_lowest_experiment_counts(tmp_path: Path) -> None:
     lines = [line for line in page.splitlines() if line.startswith("| [")]
     assert lines[0].startswith("| [Experiments 2 to 3, 9 on the symbolic plant](")
     assert lines[1].startswith("| [Experiment 5")
+
+
+def test_results_of_another_condition_or_kind_of_trial_are_stale() -> None:
+    now = next(row for row in catalogue("symbolic")[4].rows if row.id == "4/flat/clean_table")
+    given = results(experiment({**ROW, "id": now.id}), premises="p", sources="now")
+    (one,) = given["experiments"][0]["rows"]
+    assert is_stale(given, "now")  # the digest is of other settings, or of another `trials/task.py`
+    one["digest"] = condition_digest(now.condition, "p")
+    assert not is_stale(given, "now")
+    assert is_stale(given, "later")

@@ -77,6 +77,27 @@ def test_an_item_is_inserted_before_another(line_break: str) -> None:
     assert editor.insert_item(editor.node("a", "c"), inner, "z") is None  # a list on one line
 
 
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("- a: 1\n  # why\n  b: 2\n- c\n", 0),
+        ("- c\n- a: 1\n  # why\n  b: 2\n", 1),
+        ("[\n  a,  # of a\n  b,  # of b\n]\n", 0),
+        ("[\n  a,  # of a\n  b,  # of b\n]\n", 1),
+        ("[a,\n  # of b\n  b]\n", 1),
+    ],
+)
+def test_an_item_stays_where_another_comment_would_go_with_it(text: str, number: int) -> None:
+    editor = ManifestEditor(Source("ecm.yaml", text))
+    assert editor.remove_item(editor.node(), number) is None
+
+
+@pytest.mark.parametrize("text", ["a:  # all\n  - b\n", "a:\n  # one\n  - b\n", "a: [b,  # b\n]\n"])
+def test_a_list_with_comments_is_not_emptied(text: str) -> None:
+    editor = ManifestEditor(Source("ecm.yaml", text))
+    assert editor.empty_list(editor.node(), "a") is None
+
+
 def test_an_absent_node_is_not_edited() -> None:
     editor = ManifestEditor(Source("ecm.yaml", TEXT))
     assert editor.node("a", "z") is None

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aeros.runtime.gate.quotas import QuotaUsageCounter
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import elaborate_source
@@ -93,16 +94,13 @@ RUNS = st.lists(st.tuples(st.fractions(0, 3, max_denominator=4), st.sampled_from
 
 
 def decided(quotas: tuple[Quota, ...], run: list[tuple[Fraction, str]]) -> list[bool]:
-    """Decide each action of a run by the definition: it may begin if every window has room for it."""
-    done: list[tuple[Fraction, str]] = []
-    verdicts = []
+    """Decide each action of a run by the gate's own counter, whose windows are closed."""
+    counter, verdicts = QuotaUsageCounter(quotas), []
     for at, kind in run:
-        counts = [sum(k in one.kinds and at - t < one.window_s for t, k in done) for one in quotas]
-        verdicts.append(
-            all(kind not in one.kinds or n < one.max_count for one, n in zip(quotas, counts, strict=True))
-        )
+        usage = counter.usage_at(float(at))
+        verdicts.append(all(kind not in one.kinds or usage[one.id] < one.max_count for one in quotas))
         if verdicts[-1]:
-            done.append((at, kind))
+            counter.count_execution(kind, float(at))
     return verdicts
 
 
