@@ -25,6 +25,7 @@ import tests.hypothesis_profiles  # noqa: F401 - loads the profile of this run
 from tests import shipped_modules
 from tests.compiled_ahead import compile_ahead
 from tests.host_layers import VARIABLE, expected_layers, pytest_terminal_summary  # noqa: F401 - a hook
+from tests.sampled_cases import leave_cases_to_deep
 from tests.shared_answers import SharedAnswers
 
 # Matrices here are small: more threads only wait for each other, and that is a fifth of the processor time.
@@ -158,6 +159,14 @@ def pytest_make_collect_report(
         if isinstance(item, pytest.Item) and item.get_closest_marker("physics"):
             item.add_marker(pytest.mark.skip(reason=reason))
     return report
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave cases to `deep` before `-m` selects; a test that is named gets all of its cases."""
+    is_whole = config.args_source is config.ArgsSource.TESTPATHS
+    if config.option.markexpr:
+        leave_cases_to_deep(items, is_whole=is_whole and "not slow" not in config.option.markexpr)
 
 
 def pytest_collection_finish() -> None:

@@ -71,7 +71,7 @@ def test_the_loop_comes_to_no_state_that_was_not_explored() -> None:
     assert _SEEN["proved"] > 10
 
 
-@examples(110)
+@examples(60)
 @given(loops(), st.dictionaries(st.integers(0, 4), _HELD, min_size=1, max_size=3), st.integers(0, 2**32))
 def _walked(case: Case, held_to: dict[int, str], seed: int) -> None:
     names = list(case.ecm.skills)

@@ -180,7 +180,7 @@ def test_so_it_is_where_there_are_too_many_states_to_list(monkeypatch: pytest.Mo
     BY_SETS.assert_both("AE801", "AE802", "AE804", "AE805", at_least=2)
 
 
-@examples(250)
+@examples(150)
 @given(_judged() | _turning() | _turning())
 def _loops_are_judged(case: Case) -> None:
     _judge(case, list(closed_loop_obligations(case.ecm, case.site)), SEEN)

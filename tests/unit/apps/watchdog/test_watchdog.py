@@ -157,6 +157,7 @@ def test_an_interrupt_stops_the_agent_and_starts_no_other(tmp_path: Path) -> Non
     assert not (watched.state / "run.json").exists()
 
 
+@pytest.mark.deep
 def test_a_pause_outlasts_a_crash_and_so_does_a_stop(tmp_path: Path) -> None:
     watched = Watched.paused(tmp_path)
     os.kill(watched.agent(), signal.SIGKILL)
@@ -238,6 +239,7 @@ def test_the_end_of_another_run_is_not_taken_for_that_of_this_one(
     assert "the audit record does not hold the record at which the checkpoint was made" in message
 
 
+@pytest.mark.deep
 def test_an_agent_whose_supervisor_is_gone_leaves_its_task_to_be_resumed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -116,7 +116,7 @@ def records_of(folder: Path, case: str, seed: int, hashes: int, *more: str) -> t
 
 
 @pytest.mark.parametrize(
-    "case", ["physics", *(pytest.param(one, marks=pytest.mark.deep) for one in ("symbolic", "kinematic"))]
+    "case", ["kinematic", *(pytest.param(one, marks=pytest.mark.deep) for one in ("symbolic", "physics"))]
 )
 def test_a_run_repeats_under_any_hash_seed_and_another_seed_is_another_run(case: str, tmp_path: Path) -> None:
     trace, records = records_of(tmp_path, case, 3, hashes=1)

@@ -53,7 +53,7 @@ FLOORS = {
 }
 """Shares of those that can be done that the grammar understands."""
 
-EACH_PUSH = ("unseen_4", "unseen_8", "unseen_12", "unseen_20", "authors_4", "adversarial")
+EACH_PUSH = ("unseen_12", "unseen_20", "adversarial")
 """Lists that each push tries; the others are `deep`."""
 
 
