@@ -71,7 +71,7 @@ def _with_new_requests(sentence: Sentence, tasks: Sequence[TaskPhrases]) -> Sent
     return tuple(marked)
 
 
-_OF_THINGS: Final = frozenset({"cancel", "forget", "hold", "no", "omit", "skip"})
+_OF_THINGS: Final = frozenset({"cancel", "forget", "no", "omit", "skip"})
 """First words of prohibitions of a thing, as in `no teas`."""
 
 

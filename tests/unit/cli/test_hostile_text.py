@@ -171,6 +171,7 @@ def command_line(
     return line
 
 
+@pytest.mark.deep  # 2 s alone, 40 s after other tests
 def test_no_argument_of_any_command_is_written_as_it_is(
     folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

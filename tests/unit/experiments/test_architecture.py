@@ -77,9 +77,7 @@ def test_a_built_in_one_whose_library_is_missing_says_what_to_install(
 
 @pytest.mark.parametrize("name", ["", "flat:", ":Flat", "no_colon_at_all"])
 def test_a_name_of_another_form_is_refused_with_those_that_there_are(name: str) -> None:
-    with pytest.raises(
-        MisuseError, match="there are aeros, behaviour_tree, flat, progprompt, or name PACKAGE"
-    ):
+    with pytest.raises(MisuseError, match=r"there are aeros, .*, progprompt, or name PACKAGE"):
         load_class(name)
 
 
