@@ -67,10 +67,8 @@ def _about_site(place: str, site: RepairedManifest | None) -> list[str]:
     """Say that the site has a repair, which is the operator's to write."""
     if site is None:
         return []
-    count = len(site.repaired)
-    warnings = "1 warning" if count == 1 else f"{count} warnings"
     return [
-        f"{warnings} of the site with a proved repair, for its operator ({place}):",
+        f"{_count(site.repaired, 'warning')} of the site with a proved repair, for its operator ({place}):",
         *map(_line, site.repaired),
     ]
 
@@ -79,15 +77,15 @@ def _summary(verb: str, report: Report, repaired: Sequence[RepairedManifest]) ->
     """Count the repaired errors and the others, and list both with their places."""
     done = [found for one in repaired for found in one.repaired]
     left = errors_without_repair(report, repaired)
-    lines = [f"{verb} {_count(done)} in {len(repaired)} {'file' if len(repaired) == 1 else 'files'}"]
+    lines = [f"{verb} {_count(done)} in {_count(repaired, 'file')}"]
     lines += map(_line, done)
     if left:
         lines += [f"{_count(left)} without a proved repair:", *map(_line, left)]
     return "\n".join(lines)
 
 
-def _count(found: Sequence[Diagnostic]) -> str:
-    return f"{len(found)} {'error' if len(found) == 1 else 'errors'}"
+def _count(found: Sequence[object], noun: str = "error") -> str:
+    return f"{len(found)} {noun if len(found) == 1 else f'{noun}s'}"
 
 
 def _line(found: Diagnostic) -> str:

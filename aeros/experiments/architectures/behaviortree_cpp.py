@@ -16,8 +16,7 @@ import behaviortreepy as bt
 from aeros.agent.planning.base import step_of_rule
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments.architecture import ArchitectureReport, TrialContext
-from aeros.experiments.architectures.ticked_skill import TickedSkill, TreeCounters
-from aeros.spec.expr.terms import Term
+from aeros.experiments.architectures.ticked_skill import TickedSkill, TreeCounters, is_measured_true
 
 
 class BehaviorTreeCpp:
@@ -49,17 +48,13 @@ class BehaviorTreeCpp:
             step = step_of_rule(context.task.module, rule)
             attempt = nodes.helped(nodes.action(step), step.between_tries)
             tried = nodes.helped(f"{retried}{attempt}</RetryUntilSuccessful>", step.on_failure)
-            condition = nodes.condition(partial(_is_met, context, rule.satisfied_condition))
+            condition = nodes.condition(partial(is_measured_true, context, rule.satisfied_condition))
             parts.append(f"<ReactiveFallback>{condition}{tried}</ReactiveFallback>")
         return (
             '<root BTCPP_format="4" main_tree_to_execute="Task"><BehaviorTree ID="Task">'
             f'<RetryUntilSuccessful num_attempts="{self._max_starts}">'
             f"<Sequence>{nodes.start()}{''.join(parts)}</Sequence></RetryUntilSuccessful></BehaviorTree></root>"
         )
-
-
-def _is_met(context: TrialContext, term: Term) -> bool:
-    return context.world().truth_by_known_values(term) is True
 
 
 class _Nodes:

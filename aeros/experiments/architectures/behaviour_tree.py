@@ -25,6 +25,7 @@ from py_trees.decorators import Retry
 from aeros.agent.planning.base import step_of_rule
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments.architecture import ArchitectureReport, TrialContext
+from aeros.experiments.architectures.ticked_skill import is_measured_true
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import PlanningRule
 
@@ -101,8 +102,7 @@ class ConditionNode(Behaviour):
 
     def update(self) -> Status:
         """Implement `Behaviour.update`."""
-        is_met = self._context.world().truth_by_known_values(self._term) is True
-        return Status.SUCCESS if is_met else Status.FAILURE
+        return Status.SUCCESS if is_measured_true(self._context, self._term) else Status.FAILURE
 
 
 class _SkillNode(Behaviour):

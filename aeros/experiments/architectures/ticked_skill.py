@@ -8,9 +8,23 @@ from typing import Final
 from aeros.agent.execution.supervisor import StepAssessment
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments.architecture import ArchitectureReport, RunningStep, TrialContext
+from aeros.spec.expr.terms import Term
 
 _TICK_S: Final = 0.5
 """Time between two ticks while a skill runs, s; a tree ticks faster, but perceives no more often."""
+
+
+def is_measured_true(context: TrialContext, term: Term) -> bool:
+    """Tell if a condition is measured as true; a leaf of a tree that reads it takes unknown as false.
+
+    Args:
+        context: of the trial.
+        term: the condition.
+
+    Returns:
+        True if the values that are known make it true.
+    """
+    return context.world().truth_by_known_values(term) is True
 
 
 @dataclass

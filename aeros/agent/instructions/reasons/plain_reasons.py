@@ -118,8 +118,9 @@ def require_plain_reason(
 
 def _plain_term(term: t.Term) -> t.Term:
     """Return `p` for `not (not p)`: `it is not needed`."""
-    is_twice = isinstance(term, t.Not) and isinstance(term.operand, t.Not)
-    return term.operand.operand if is_twice else term  # type: ignore[union-attr]
+    if isinstance(term, t.Not) and isinstance(term.operand, t.Not):
+        return term.operand.operand
+    return term
 
 
 _SPEECH: Final = frozenset({"claims", "quote", "said", "say", "says", "sing", "sings", "tells"})
