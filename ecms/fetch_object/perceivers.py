@@ -155,7 +155,10 @@ SURVEYED_FOR = 0.04
 """Height of the middle of the object for which the place to deliver was surveyed, over its stand, m."""
 
 SIDES = {"middle": 0.0, "left": 0.12, "right": -0.12}
-"""Where on the stand the object belongs, along y from the surveyed place, m."""
+"""Where on the stand the object belongs, along y from the surveyed place, m; anywhere is each of them."""
+
+ON_STAND, BESIDE_SPOT = 0.02, 0.01
+"""Least height over the stand of what is in the way there, and distance that it keeps from the object, m."""
 
 MAX_AGE = 30.0
 """Greatest age of a picture that still says where the object is, s."""
@@ -352,6 +355,7 @@ def track(view: View) -> Perception:
             values["object_grip_height"] = estimate(grip_height(height, is_lying=is_lying), UNCERTAINTY)
         if kind is not None and place is not None:
             x, y, z = place
+            y += given.get("delivery_offset", _offsets(given)[0])
             z += given.get("stand_lift", 0.0)
             values["object_place"] = estimate((x, y, z + height / 2.0), UNCERTAINTY)
         if "station_survey" in given and "base_position" in given:
@@ -392,11 +396,17 @@ def _kind(given: Mapping[str, Any]) -> Kind | None:
 
 
 def _place(given: Mapping[str, Any]) -> Place | None:
-    """Return the point on the stand where the object belongs."""
+    """Return the middle of the stand to which the object belongs, on its top."""
     if "delivery_position" not in given or "to" not in given:
         return None
     x, y, z = given["delivery_position"]
-    return (x, y + SIDES[given["to"]], z - SURVEYED_FOR)
+    return (x, y, z - SURVEYED_FOR)
+
+
+def _offsets(given: Mapping[str, Any]) -> tuple[float, ...]:
+    """Return where the object may stand, along y from the middle of the stand, in the order of trial."""
+    side = SIDES.get(given["to"])
+    return tuple(SIDES.values()) if side is None else (side,)
 
 
 def _is_held(given: Mapping[str, Any]) -> bool | None:
@@ -458,6 +468,8 @@ def _look(
     mask = _find_kind(picture, points, kind, stands, given)
     lift = None if belongs is None or not is_mast else _stand_lift(points[~mask], belongs)
     values: dict[str, tuple[Any, ...] | None] = {} if lift is None else {"stand_lift": (lift, UNCERTAINTY)}
+    if belongs is not None and is_mast:
+        values |= _room_to_put(points[~mask & _is_off_robot(points, given)], kind, belongs, given)
     if int(mask.sum()) < MIN_PIXELS:
         return values | {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
     found, support = _locate(points[mask], points[~mask], kind)
@@ -491,9 +503,58 @@ def _look(
     values["object_push_way"] = None if push is None else (push[1], UNCERTAINTY)
     if belongs is not None:
         dx, dy, _ = (a - b for a, b in zip(found.position, belongs, strict=True))
+        nearest = min(max(dy, min(_offsets(given))), max(_offsets(given)))
         stands_there = support is not None and abs(support - belongs[2]) < STAND_WITHIN
-        values["object_delivered"] = (stands_there and hypot(dx, dy) < DELIVERED_WITHIN,)
+        values["object_delivered"] = (stands_there and hypot(dx, dy - nearest) < DELIVERED_WITHIN,)
     return values
+
+
+def _room_to_put(
+    points: Points, kind: Kind, middle: Place, given: Mapping[str, Any]
+) -> dict[str, tuple[Any, ...] | None]:
+    """Return the first spot on the stand with room for the object and a hand, by `points` (n, 3) of the rest.
+
+    All is unknown if the picture does not show a spot before it: the hand may hide it.
+    """
+    x, y, z = middle
+    z += given.get("stand_lift", 0.0)
+    is_lying = given.get("object_lying") is True
+    top = z + given.get("object_scale", 1.0) * (kind.lying_height if is_lying else kind.height)
+    half = kind.height / 2.0 if is_lying else hypot(*kind.sides) / 2.0
+    on_stand = points[points[:, 2] > z - STAND_WITHIN]
+    beside = on_stand[on_stand[:, 2] > z + ON_STAND]
+    higher = on_stand[on_stand[:, 2] > top + HAND_CLEARANCE]
+    is_shown = True
+    for offset in _offsets(given):
+        spot = (x, y + offset, z)
+        above = np.hypot(beside[:, 0] - spot[0], beside[:, 1] - spot[1]) < half + BESIDE_SPOT
+        if int(above.sum()) >= MIN_HIT:
+            continue
+        is_shown &= _shows_spot(on_stand[on_stand[:, 2] < z + ON_STAND], spot, half)
+        if not is_shown:
+            break
+        yaws = [
+            yaw
+            for yaw in GRIP_HEADINGS
+            if _has_room(higher, spot, yaw) and not _is_below_fingers(beside, spot, yaw)
+        ]
+        if yaws:
+            return {
+                "delivery_offset": (offset, UNCERTAINTY),
+                "delivery_yaw": (yaws[0], HEADING_UNCERTAINTY),
+                "delivery_free_across": (len(yaws) > 1,),
+                "delivery_taken": (False,),
+            }
+    unknown = dict.fromkeys(("delivery_offset", "delivery_yaw", "delivery_free_across", "delivery_taken"))
+    return {**unknown, "delivery_taken": (True,)} if is_shown else {**unknown}
+
+
+def _shows_spot(points: Points, spot: Place, half: float) -> bool:
+    """Return True if some of `points` (n, 3) of a face are in each quarter of the circle around a spot."""
+    off = points[:, :2] - np.array(spot[:2])
+    off = off[np.hypot(off[:, 0], off[:, 1]) < half]
+    quarters = 2 * (off[:, 0] > 0.0) + (off[:, 1] > 0.0)
+    return bool((np.bincount(quarters, minlength=4) >= MIN_HIT).all())
 
 
 def _look_from_above(

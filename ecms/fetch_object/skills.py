@@ -271,18 +271,35 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     if observed.get("object_grasped") is False:
         return
     # From here the mast sees the stand: the place relative to the base, not as far as wheels have slipped,
-    # and how high it is.
+    # how high it is, and where there is room on it.
     observed = yield act("look", camera="mast")
+    if "delivery_taken" not in observed:
+        observed = yield from _look(observed, pace)
+    for _ in range(LOOKS_FOR_ROOM):
+        if observed.get("delivery_taken") is not True:
+            break
+        observed = yield act("look", camera="mast")
     if "object_place" not in observed or "object_grip_height" not in observed:
         return
+    if observed.get("delivery_taken") is True:
+        return
     place, grip_height = observed["object_place"], observed["object_grip_height"]
-    puts = (_put(place, grip_height, yaw, pace) for yaw in HEADINGS)
+    puts = (_put(place, grip_height, yaw, pace) for yaw in _headings_to_put(observed))
     observed = yield from first_allowed(observed, *puts)
     observed = yield from _look(observed, pace)
     for _ in range(LOOKS):
         if observed.get("object_delivered") is True:
             break
         observed = yield act("look", camera="mast")
+
+
+def _headings_to_put(observed: Observation) -> tuple[float, ...]:
+    """Return the headings of a hand that has room to put something down: those that close alike first."""
+    free = observed.get("delivery_yaw", 0.0)
+    alike = tuple(yaw for yaw in HEADINGS if abs(sin(yaw - free)) < 0.5)
+    if observed.get("delivery_free_across") is False:
+        return alike
+    return (*alike, *(yaw for yaw in HEADINGS if yaw not in alike))
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:

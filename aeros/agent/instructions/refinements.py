@@ -8,8 +8,9 @@ from itertools import takewhile
 from typing import Final
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.arguments import is_object
+from aeros.agent.instructions.arguments import counted_parameter, is_object
 from aeros.agent.instructions.conditions import find_condition
+from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Errand
 from aeros.agent.instructions.refusals import InstructionError
@@ -188,6 +189,34 @@ def require_own_place(before: Request, prohibited: Sequence[RoutedTask], segment
         raise InstructionError(
             f"the place in {quoted(segment.text)} may be of what is wanted; say it with that"
         )
+
+
+def is_contrast(before: Request, segment: Segment, tasks: Sequence[TaskPhrases]) -> bool:
+    """Check if a negation only names other values than the request before says.
+
+    Args:
+        before: the request before.
+        segment: words of the negation.
+        tasks: all tasks.
+
+    Returns:
+        True for `make one dumpling, not two` and `…on the left, not the right`; False for `…, not the block`,
+        which prohibits a thing.
+    """
+    if segment.marker != ("not",) or segment.link not in (Link.JOINED, Link.ADJUNCT):
+        return False
+    routed = before.errand.routed
+    entry = next(one for one in tasks if one.routed.covers(routed))
+    found = cover(entry, segment.words, knows_pronoun=False)
+    if found.unknown or found.repetitions or found.triggers or found.objects:
+        return False
+    stated = found.prohibited.arguments
+    counted = counted_parameter(routed.task)
+    if found.counts and counted is not None and not stated:
+        # Of `one dumpling`, `one` may be an article, so no number need be stated before.
+        return routed.arguments[counted.name] not in map(english.number_of, found.counts)
+    is_of_stated = bool(stated) and not found.counts and stated.keys() <= before.stated
+    return is_of_stated and all(routed.arguments[name] != value for name, value in stated.items())
 
 
 def is_own_check(segment: Segment, before: Request, tasks: Sequence[TaskPhrases]) -> bool:

@@ -336,8 +336,8 @@ def with_overlay(site: Site, overlay: Overlay) -> Site:
         overlay: the overlay.
 
     Returns:
-        The site with the access, blocks, tools, objects and settings of both. A setting of the overlay replaces one of
-        the same name. All else of the site is as it was.
+        The site with the access, blocks, tools, objects and settings of both. A setting of the overlay
+        replaces one of the same name. All else of the site is as it was.
     """
     policy = replace(
         site.policy,

@@ -272,14 +272,16 @@ class _SceneElaborator:
 
     def _check_parameters_are_used(self, scene: declared.Scene, used: set[str]) -> None:
         """Report parameters that change no truth, such as those of a file that leaves `truth` to another."""
+        included = sorted({one.partition("(")[0] for one in self._found.truth if "(" in one})
         for name, _ in scene.parameters:
-            if name.value not in used:
-                cure = f"say under `truth` of this file what depends on `{name.value}`, or remove it here"
-                if included := sorted({one.partition("(")[0] for one in self._found.truth if "(" in one}):
-                    listed = ", ".join(f"`{one}`" for one in included)
-                    cure += f"; the full name of a variable replaces what an included scene says of it: {listed}"
-                headline = f"no `truth` of this file uses the parameter `{name.value}`"
-                self._diagnostics.error("AE208", headline, name.span, help=(cure,))
+            if name.value in used:
+                continue
+            cures = [f"say under `truth` of this file what depends on `{name.value}`, or remove it here"]
+            if included:
+                full = ", ".join(f"`{one}`" for one in included)
+                cures.append(f"a full name there replaces what an included scene says of it: {full}")
+            headline = f"no `truth` of this file uses the parameter `{name.value}`"
+            self._diagnostics.error("AE208", headline, name.span, help=tuple(cures))
 
     def _names_of_truth(self, variable: str) -> list[str]:
         """Return the names that included scenes have for the truth of a variable, or else the variable."""

@@ -140,7 +140,7 @@ def test_a_parameter_that_no_truth_uses_is_a_fault(tmp_path: Path) -> None:
     including = "include: [{scene: part.yaml}]\nparameters: {side: {right: pot}}\n"
     (found,) = refused(write(tmp_path, "  holding: true", module="garden", more=including))
     assert found.headline == "no `truth` of this file uses the parameter `side`"
-    assert "`garden.bed_wet`" in found.help[0]
+    assert "`garden.bed_wet`" in found.help[1]
 
 
 def test_a_scene_that_is_added_is_checked_as_well(tmp_path: Path) -> None:
