@@ -213,8 +213,8 @@ def is_contrast(before: Request, segment: Segment, tasks: Sequence[TaskPhrases])
     stated = found.prohibited.arguments
     counted = counted_parameter(routed.task)
     if found.counts and counted is not None and not stated:
-        # Of `one dumpling`, `one` may be an article, so no number need be stated before.
-        return routed.arguments[counted.name] not in map(english.number_of, found.counts)
+        numbers = [english.number_of(word) for word in found.counts]
+        return counted.name in before.stated and routed.arguments[counted.name] not in numbers
     is_of_stated = bool(stated) and not found.counts and stated.keys() <= before.stated
     return is_of_stated and all(routed.arguments[name] != value for name, value in stated.items())
 
@@ -243,7 +243,9 @@ def is_own_check(segment: Segment, before: Request, tasks: Sequence[TaskPhrases]
 
 
 def _is_one_act(segment: Segment, first: Segment) -> bool:
-    """Return True for `take the can, then put it on the left`, and for `I love tea. Make one.`."""
+    """Return True for `take the can, then put it on the left`, `bring the can. Put it on the left.`, and
+    `I love tea. Make one.`."""
     is_of_kind = any(english.number_of(word) is not None for word in segment.words)
-    is_put = first.words[:1] and first.words[0] in english.GRASP_VERBS
-    return bool(is_put) or (segment.link is Link.START and is_of_kind)
+    is_grasped = first.words[:1] and first.words[0] in english.GRASP_VERBS
+    is_put = segment.words[0] in english.PUTTING_VERBS and not english.PRONOUNS.isdisjoint(segment.words)
+    return bool(is_grasped) or (segment.link is Link.START and (is_of_kind or is_put))

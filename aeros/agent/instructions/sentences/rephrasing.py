@@ -156,8 +156,11 @@ def _with_perfect(tokens: Words) -> Words:
 def _finished_act(clause: Words, *, is_state: bool) -> Words:
     """Return the words of the act that a clause says to be over; empty if it says nothing like that.
 
-    `is_state` is True after `when`: `when the table is wiped` may be about what somebody else does.
+    `is_state` is True after `when`: `when the table is wiped` may be about what somebody else does. After a
+    negation nothing is over.
     """
+    if not english.NEGATIVES.isdisjoint(clause):
+        return ()
     if clause[:2] in (("you", "are"), ("you", "re")) and clause[2:3] and clause[2] in _DONE:
         rest = clause[4:] if clause[3:4] == ("with",) else clause[3:]
         # `when you are done with that` names no act.
