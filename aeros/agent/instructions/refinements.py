@@ -200,8 +200,8 @@ def is_contrast(before: Request, segment: Segment, tasks: Sequence[TaskPhrases])
         tasks: all tasks.
 
     Returns:
-        True for `make one dumpling, not two` and `…on the left, not the right`; False for `…, not the block`,
-        which prohibits a thing.
+        True for `make one tea, not two` and `…on the left, not the right`; False for `…, not the cup`, which
+        prohibits a thing.
     """
     if segment.marker != ("not",) or segment.link not in (Link.JOINED, Link.ADJUNCT):
         return False
@@ -244,7 +244,8 @@ def is_own_check(segment: Segment, before: Request, tasks: Sequence[TaskPhrases]
 
 def _is_one_act(segment: Segment, first: Segment) -> bool:
     """Return True for `take the can, then put it on the left`, `bring the can. Put it on the left.`, and
-    `I love tea. Make one.`."""
+    `I love tea. Make one.`.
+    """
     is_of_kind = any(english.number_of(word) is not None for word in segment.words)
     is_grasped = first.words[:1] and first.words[0] in english.GRASP_VERBS
     is_put = segment.words[0] in english.PUTTING_VERBS and not english.PRONOUNS.isdisjoint(segment.words)

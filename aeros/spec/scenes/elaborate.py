@@ -35,6 +35,7 @@ from aeros.spec.scenes.conditions import SceneScope, resolve_part
 from aeros.spec.scenes.looks import LookElaborator
 from aeros.spec.scenes.merging import NAMED, names_in_use
 from aeros.spec.scenes.quantities import Quantities
+from aeros.spec.scenes.truth_names import check_parameters_are_used
 from aeros.spec.scenes.truths_of_arguments import truth_name
 from aeros.spec.text.fields import MappingField, TextField
 
@@ -268,20 +269,8 @@ class _SceneElaborator:
                 self._add("truth", dict.fromkeys(names, scope.truth(text, aliases)))
             depends[name.value] = set(parameters)
             scope.add_condition(name.value, full)
-        self._check_parameters_are_used(scene, set().union(*depends.values()))
-
-    def _check_parameters_are_used(self, scene: declared.Scene, used: set[str]) -> None:
-        """Report parameters that change no truth, such as those of a file that leaves `truth` to another."""
-        included = sorted({one.partition("(")[0] for one in self._found.truth if "(" in one})
-        for name, _ in scene.parameters:
-            if name.value in used:
-                continue
-            cures = [f"say under `truth` of this file what depends on `{name.value}`, or remove it here"]
-            if included:
-                full = ", ".join(f"`{one}`" for one in included)
-                cures.append(f"a full name there replaces what an included scene says of it: {full}")
-            headline = f"no `truth` of this file uses the parameter `{name.value}`"
-            self._diagnostics.error("AE208", headline, name.span, help=tuple(cures))
+        used = set().union(*depends.values())
+        check_parameters_are_used(scene, used, self._found.truth, self._diagnostics)
 
     def _names_of_truth(self, variable: str) -> list[str]:
         """Return the names that included scenes have for the truth of a variable, or else the variable."""
