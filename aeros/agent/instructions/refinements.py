@@ -243,8 +243,9 @@ def is_own_check(segment: Segment, before: Request, tasks: Sequence[TaskPhrases]
 
 
 def _is_one_act(segment: Segment, first: Segment) -> bool:
-    """Return True for `take the can, then put it on the left`, `bring the can. Put it on the left.`, and
-    `I love tea. Make one.`.
+    """Return True for a second part of one act.
+
+    As in `take the can, then put it on the left`, `bring the can. Put it left.` and `I love tea. Make one.`.
     """
     is_of_kind = any(english.number_of(word) is not None for word in segment.words)
     is_grasped = first.words[:1] and first.words[0] in english.GRASP_VERBS
