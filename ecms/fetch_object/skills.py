@@ -296,7 +296,7 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
 def _headings_to_put(observed: Observation) -> tuple[float, ...]:
     """Return the headings of a hand that has room to put something down: those that close alike first."""
     free = observed.get("delivery_yaw", 0.0)
-    alike = tuple(yaw for yaw in HEADINGS if abs(sin(yaw - free)) < 0.5)
+    alike = tuple(yaw for yaw in HEADINGS if abs(sin(yaw - free)) <= abs(cos(yaw - free)) + 1e-9)
     if observed.get("delivery_free_across") is False:
         return alike
     return (*alike, *(yaw for yaw in HEADINGS if yaw not in alike))
