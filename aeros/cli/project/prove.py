@@ -66,7 +66,7 @@ def add_to(commands: Subparsers) -> None:
         type=Path,
         default=proofs_folder(),
         metavar="FOLDER",
-        help="the folder of theorems (default: `proofs/` of the source tree)",
+        help="the folder of theorems (default: that of AEROS itself)",
     )
     parser.set_defaults(command=_command)
 
@@ -157,7 +157,7 @@ def _prove(folder: Path, solver: str, update: bool) -> _TheoremResult:
 def _select_theorems(proofs: Path, names: Sequence[str]) -> dict[str, Path]:
     folders = theorem_folders(proofs)
     if not folders:
-        raise UsageError(f"there are no theorems in `{proofs}`; they are in the source tree of AEROS")
+        raise UsageError(f"there are no theorems in `{proofs}`")
     unknown = [name for name in names if name not in folders]
     if unknown:
         raise UsageError(f"there is no theorem `{unknown[0]}`; there are {', '.join(folders)}")

@@ -21,7 +21,7 @@ RLIMIT: Final = 1_000_000
 _SECONDS: Final = 60
 """Limit of processor time of one question, s, for work that cvc5 counts no resources for.
 
-The solver process keeps it: the limits of cvc5 itself are by the clock, and so give other answers on a busy machine.
+The solver process keeps it: limits of cvc5 itself are by the clock, and give other answers on a busy machine.
 """
 
 
