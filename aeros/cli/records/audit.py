@@ -21,7 +21,7 @@ from aeros.cli.help_text import WrappedEpilog
 from aeros.cli.latest_run import add_run_argument, find_audit_log
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.records.show import add_filters, explain_record, format_record, matches_filters
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal import print_data, print_line
 from aeros.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.audit.check import CHECKPOINT, AuditReport, Record, RecordCheck, verify_log
 from aeros.runtime.audit.checkpoints import AnchorError, SignatureReport, verify_signed
@@ -214,7 +214,7 @@ def _verify(arguments: argparse.Namespace) -> Exit:
         return Exit.REJECTED
     unnoticed = _undetectable_changes(chain, signed, anchors=len(anchors))
     if arguments.format == "json":
-        print(
+        print_data(
             json.dumps({"log": str(arguments.log), **_verification_json(chain, signed, unnoticed)}, indent=2)
         )
     else:
@@ -308,7 +308,7 @@ def _show(arguments: argparse.Namespace) -> Exit:
         if not matches_filters(record, arguments):
             return
         if arguments.format == "json":
-            print(json.dumps({**record, "hash": own, "why": explain_record(record, site)}))
+            print_data(json.dumps({**record, "hash": own, "why": explain_record(record, site)}))
         else:
             print(format_record(record, site))
 
@@ -358,7 +358,7 @@ def _replay(arguments: argparse.Namespace) -> Exit:
 
     chain = _checked(arguments.log, take)
     if arguments.format == "json":
-        print(json.dumps(_replay_json(replay, chain), indent=2))
+        print_data(json.dumps(_replay_json(replay, chain), indent=2))
     else:
         for one in replay.mismatches:
             print("\n".join(map(escape_invisible, _disagreement(one))))

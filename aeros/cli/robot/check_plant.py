@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command
-from aeros.cli.terminal import print_line, show_progress
+from aeros.cli.progress import ProgressLine
+from aeros.cli.terminal import print_data, print_line
 from aeros.descriptions import describe_exception, type_name
 from aeros.exit_codes import Exit, UsageError
 from aeros.session.plant_factory import PLANTS
@@ -68,20 +69,19 @@ def _command(arguments: argparse.Namespace) -> Exit:
     subject = _subject(arguments.plant)
     chosen = [check for check in CHECKS if arguments.check is None or check.__name__ in arguments.check]
     results = []
+    progress = ProgressLine(len(chosen))
     for number, check in enumerate(chosen):
-        if sys.stderr.isatty():
-            show_progress(f"{number + 1} of {len(chosen)}: {_words(check)} …")
+        progress.show(_words(check), number)
         results.append(_result(check, subject))
-        if sys.stderr.isatty():
-            show_progress("")
         if arguments.format == "text":
             _print_result(results[-1])
     missing = [words for name, words in _OPTIONAL.items() if not getattr(subject, name)]
     failed = sum(one["failure"] is not None for one in results)
     if arguments.format == "json":
         report = {"schema": SCHEMA, "plant": arguments.plant, "checks": results, "not_tried": missing}
-        print(json.dumps(report, indent=1))
+        print_data(json.dumps(report, indent=1))
     else:
+        progress.end()
         print_line("")
         print_line(f"{len(results) - failed} of {len(results)} promises kept")
         if missing:

@@ -43,7 +43,6 @@ from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
 from aeros.session.run_governor import RunGovernor
 from aeros.session.sd_notify import READY, STOPPING, Notifier
 from aeros.session.setup import AUDIT
-from aeros.session.trace import broken_for
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.referee import GoalJudgement
 from aeros.spec.model.ecm import ActionCondition
@@ -215,8 +214,7 @@ def _report_run(
     declared = {name: one for ecm in configuration.modules.values() for name, one in ecm.state.items()}
     declared = {**configuration.site.state, **declared}
     text = summary(request.proof_report, report, plant, simulated, seconds, judgement, failures, declared)
-    for line in text.split("\n"):
-        print(broken_for(sys.stdout, line, _SUMMARY_INDENT))
+    print(text)
     if tally is not None and GateMode(staged.arguments.gate) is GateMode.CHECKED:
         print(f"checked    Z3 confirmed {tally.confirmed} of {tally.decided} decisions")
     audited, sound = _check_log(out / AUDIT, request.signing)
