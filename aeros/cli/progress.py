@@ -24,7 +24,7 @@ _DELAY_S: Final = 2.0
 """Seconds of work before its progress is shown."""
 
 _STYLES: Final = {"bar.back": "dim", "bar.complete": "green", "bar.finished": "green"}
-_STYLES.update(dict.fromkeys(("progress.elapsed", "progress.remaining", "progress.download"), "default"))
+_STYLES.update(dict.fromkeys(("progress.elapsed", "progress.remaining", "progress.download"), "none"))
 
 
 class ProgressLine:
@@ -88,12 +88,12 @@ class ProgressLine:
             if not self._is_shown or not self._text:
                 return
             if self._drawn is None:
-                self._drawn = _start(self._total, self._start_time)
+                self._drawn = _start(self._text, self._done, self._total, self._start_time)
             progress, task = self._drawn
             progress.update(task, description=self._text, completed=self._done)
 
 
-def _start(total: int | None, start_time: float) -> tuple[Progress, TaskID]:
+def _start(text: str, done: int, total: int | None, start_time: float) -> tuple[Progress, TaskID]:
     """Begin to draw on the last line of the terminal."""
     from rich.console import Console
     from rich.progress import (
@@ -136,7 +136,7 @@ def _start(total: int | None, start_time: float) -> tuple[Progress, TaskID]:
         refresh_per_second=4,
         get_time=time.monotonic,
     )
-    task = progress.add_task("", total=total)
+    task = progress.add_task(text, total=total, completed=done)
     progress.tasks[0].start_time = start_time
     progress.start()
     return progress, task

@@ -35,7 +35,6 @@ _STYLES: Final = {
     "secondary": "blue",
     "good": "green",
     "bad": "bold red",
-    "title": "bold",
 }
 """Styles of rich by the role of a text."""
 
@@ -54,6 +53,9 @@ _PAGE_STYLES: Final = {
 
 _GAP: Final = 2
 """Blanks between two columns of a table."""
+
+LABEL_COLUMNS: Final = 9
+"""Width of the labels of lines that a command ends with."""
 
 _LEAST_TEXT: Final = 24
 """Columns that the last column of a table gets, or else it is written below the others."""
@@ -83,12 +85,12 @@ def wrap_line(line: str, width: int, start: int = 0) -> str:
     plain = COLOUR.sub("", line)
     if start + cell_len(plain) <= width:
         return line
-    indent = " " * _indent(plain, width)
+    indent = " " * _indent(plain.lstrip() if start else plain, width)
     text = _text(line)
     pieces = divide_line(plain, width - start, fold=False)
     first, *others = text.divide(pieces[:1])
     if start and not pieces and cell_len(plain) <= width - len(indent):
-        first, others = _text(""), [text]  # the whole of it belongs on the next line
+        first, *others = text.divide([len(plain) - len(plain.lstrip())])  # all of it fits on the next line
     shown = [_ansi(first)]
     for rest in others:
         within = divide_line(rest.plain, width - len(indent), fold=False)
@@ -112,7 +114,6 @@ def table_lines(
     *,
     width: int | None,
     indent: int = 0,
-    head: Sequence[str] = (),
     right: Collection[int] = (),
     least: Sequence[int] = (),
 ) -> list[str]:
@@ -122,7 +123,6 @@ def table_lines(
         rows: texts by row, as many in each; text of others in them is escaped here, colours are kept.
         width: columns of the terminal, into which the last columns are wrapped; None to wrap nothing.
         indent: blanks before each line.
-        head: headings of the columns; empty for none.
         right: numbers of the columns that are set to the right, such as those of numbers.
         least: widths that the first columns have at least, so that rows may be drawn one after the other.
 
@@ -135,24 +135,22 @@ def table_lines(
     cells = [[_text(_one_line(cell)) for cell in row] for row in rows]
     if not cells:
         return []
-    heads = [_text(one) for one in head] or [_text("") for _ in cells[0]]
-    every = [heads, *cells] if head else cells
-    widths = [max(cell_len(row[place].plain) for row in every) for place in range(len(heads))]
+    count = len(cells[0])
+    widths = [max(cell_len(row[place].plain) for row in cells) for place in range(count)]
     widths[: len(least)] = map(max, widths, least)
-    before = sum(widths[:-1]) + _GAP * (len(widths) - 1)
+    before = sum(widths[:-1]) + _GAP * (count - 1)
     room = None if width is None else width - indent
     if room is not None and before + min(widths[-1], _LEAST_TEXT) > room:
-        return _stacked(every, room, indent)
+        return _stacked(cells, room, indent)
     columns = [
         Column(
-            one,
             justify="right" if place in right else "left",
-            width=None if place == len(heads) - 1 else widths[place],
+            width=None if place == count - 1 else widths[place],
             overflow="fold",
         )
-        for place, one in enumerate(heads)
+        for place in range(count)
     ]
-    table = Table(*columns, box=None, show_header=bool(head), padding=(0, _GAP, 0, 0), pad_edge=False)
+    table = Table(*columns, box=None, show_header=False, padding=(0, _GAP, 0, 0), pad_edge=False)
     for row in cells:
         table.add_row(*row)
     lines = _rendered(table, before + widths[-1] if room is None else room)
@@ -173,7 +171,6 @@ def print_table(
     rows: Iterable[Sequence[str]],
     *,
     indent: int = 0,
-    head: Sequence[str] = (),
     right: Collection[int] = (),
     least: Sequence[int] = (),
 ) -> None:
@@ -182,13 +179,22 @@ def print_table(
     Args:
         rows: texts by row, as many in each.
         indent: blanks before each line.
-        head: headings of the columns; empty for none.
         right: numbers of the columns that are set to the right.
         least: widths that the first columns have at least.
     """
-    lines = table_lines(rows, width=output_width(), indent=indent, head=head, right=right, least=least)
+    lines = table_lines(rows, width=output_width(), indent=indent, right=right, least=least)
     if lines:
         print_coloured("\n".join(lines))
+
+
+def print_labelled(label: str, text: str) -> None:
+    """Print one of the lines that a command ends with, such as where its output is.
+
+    Args:
+        label: one short word.
+        text: text of anybody.
+    """
+    print_table([(label, text)], least=(LABEL_COLUMNS,))
 
 
 def markdown_text(text: str, width: int, *, colour: bool) -> str:
@@ -252,7 +258,7 @@ def paint(text: str, role: str) -> str:
 
     Args:
         text: text that is escaped already.
-        role: one of `error`, `warning`, `note`, `help`, `gutter`, `secondary`, `good`, `bad` and `title`.
+        role: one of `error`, `warning`, `note`, `help`, `gutter`, `secondary`, `good` and `bad`.
 
     Returns:
         The text between sequences that begin and end its colours.
@@ -310,5 +316,5 @@ def _rendered(shown: RenderableType, width: int, *, is_coloured: bool = True) ->
         _environ={},
     )
     with console.capture() as captured:
-        console.print(shown, end="")
-    return captured.get().split("\n")
+        console.print(shown)
+    return captured.get().rstrip("\n").split("\n")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command, available_cpus, existing_path, process_count
 from aeros.cli.progress import ProgressLine
-from aeros.cli.rendering import print_table
+from aeros.cli.rendering import print_labelled, print_table
 from aeros.cli.terminal import print_line
 from aeros.distribution import install_command
 from aeros.exit_codes import Exit, UsageError
@@ -170,7 +170,7 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
     print_line(
         f"{len(off)} with intervals that exclude the exact value" + (f": {', '.join(off)}" if off else "")
     )
-    print_line(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
+    print_labelled("output", f"{out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
     return Exit.SUCCESS
 
 

@@ -21,7 +21,8 @@ from aeros.cli.help_text import WrappedEpilog
 from aeros.cli.latest_run import add_run_argument, find_audit_log
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.records.show import add_filters, explain_record, format_record, matches_filters
-from aeros.cli.terminal import print_data, print_line
+from aeros.cli.rendering import print_table
+from aeros.cli.terminal import print_data
 from aeros.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.audit.check import CHECKPOINT, AuditReport, Record, RecordCheck, verify_log
 from aeros.runtime.audit.checkpoints import AnchorError, SignatureReport, verify_signed
@@ -218,7 +219,7 @@ def _verify(arguments: argparse.Namespace) -> Exit:
             json.dumps({"log": str(arguments.log), **_verification_json(chain, signed, unnoticed)}, indent=2)
         )
     else:
-        print("\n".join(_format_verification(chain, signed, checkpoints, unnoticed)))
+        print_table(_verification_rows(chain, signed, checkpoints, unnoticed))
     return Exit.SUCCESS if chain.is_sound else Exit.REJECTED
 
 
@@ -246,30 +247,27 @@ def _undetectable_changes(chain: AuditReport, signed: SignatureReport | None, *,
     return found
 
 
-def _format_verification(
+def _verification_rows(
     chain: AuditReport, signed: SignatureReport | None, checkpoints: int, unnoticed: list[str]
-) -> list[str]:
+) -> list[tuple[str, str]]:
     counts = chain.decisions
     counts_text = f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"
     if not chain.is_sound:
-        return [f"NOT SOUND: {chain.reason}", f"before it    {chain.records} sound records: {counts_text}"]
-    lines = [f"chain        sound, {chain.records} records: {counts_text}", f"head         {chain.head}"]
+        return [("NOT SOUND", chain.reason), ("before it", f"{chain.records} sound records: {counts_text}")]
+    rows = [("chain", f"sound, {chain.records} records: {counts_text}"), ("head", chain.head)]
     if signed is None:
         there = f", though {checkpoints} checkpoints are in the log" if checkpoints else ""
-        lines.append(f"signatures   not checked: no --public-key{there}")
+        rows.append(("signatures", f"not checked: no --public-key{there}"))
     else:
         end = (
             "closed by its writer"
             if signed.closed
             else "not closed: the writer is still running or was killed"
         )
-        lines.append(f"signatures   sound, of the first {signed.signed} records; the log is {end}")
-        lines.append(
-            f"anchor       the first {signed.anchored} records are all there"
-            if signed.anchored
-            else "anchor       not checked: no --anchor"
-        )
-    return [*lines, *(f"NOT CHECKED  {one}" for one in unnoticed)]
+        rows.append(("signatures", f"sound, of the first {signed.signed} records; the log is {end}"))
+        anchored = f"the first {signed.anchored} records are all there"
+        rows.append(("anchor", anchored if signed.anchored else "not checked: no --anchor"))
+    return [*rows, *(("NOT CHECKED", one) for one in unnoticed)]
 
 
 def _verification_json(
@@ -400,8 +398,13 @@ def _keygen(arguments: argparse.Namespace) -> Exit:
     except InvalidKeyError as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
-    print_line(f"private key  {arguments.out}: `aeros run --audit-key` signs with it; keep it secret")
-    print_line(
-        f"public key   {public}: `aeros audit verify --public-key` checks with it; keep a copy elsewhere"
+    print_table(
+        [
+            ("private key", f"{arguments.out}: `aeros run --audit-key` signs with it; keep it secret"),
+            (
+                "public key",
+                f"{public}: `aeros audit verify --public-key` checks with it; keep a copy elsewhere",
+            ),
+        ]
     )
     return Exit.SUCCESS

@@ -16,7 +16,7 @@ from aeros.cli.arguments import add_command, existing_path, writable_film_path
 from aeros.cli.latest_run import add_run_argument, find_run_folder
 from aeros.cli.progress import ProgressLine
 from aeros.cli.records.report import available_sites
-from aeros.cli.terminal import print_line
+from aeros.cli.rendering import print_labelled
 from aeros.exit_codes import Exit
 from aeros.files import replace_durably
 from aeros.spec.model.site import Site
@@ -168,7 +168,7 @@ def write_film(folder: Path, path: Path, sites: Mapping[str, Site], options: Map
         print(f"aeros: cannot write `{path}`: {error.strerror}", file=sys.stderr)
         return Exit.REJECTED
     seconds = time.monotonic() - began
-    print_line(f"film       {path}, {len(content) / 1e6:.1f} MB, drawn in {seconds:.0f} s")
+    print_labelled("film", f"{path}, {len(content) / 1e6:.1f} MB, drawn in {seconds:.0f} s")
     return Exit.SUCCESS
 
 

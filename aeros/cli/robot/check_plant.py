@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command
 from aeros.cli.progress import ProgressLine
+from aeros.cli.rendering import print_table
 from aeros.cli.terminal import print_data, print_line
 from aeros.descriptions import describe_exception, type_name
 from aeros.exit_codes import Exit, UsageError
@@ -19,7 +20,6 @@ from aeros.session.plant_factory import PLANTS
 from aeros.session.plant_provider import PlantProviderError, load_provider
 from aeros.sim.conformance.plant_under_test import ConformanceError, PlantUnderTest
 from aeros.sim.conformance.suite import CHECKS, Check
-from aeros.spec.diagnostics.render import escape_invisible
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -146,10 +146,10 @@ def _result(check: Check, subject: PlantUnderTest) -> dict[str, Any]:
 
 def _print_result(result: dict[str, Any]) -> None:
     kept = result["failure"] is None
-    print_line(f"{'kept  ' if kept else 'BROKEN'}  {result['check'].replace('_', ' ')}")
+    words = result["check"].replace("_", " ")
+    print_table([("kept" if kept else "BROKEN", words)], least=(len("BROKEN"),))
     if not kept:
-        print_line(f"        promise  {result['promise']}")
-        print_line(f"        found    {escape_invisible(result['failure'])}")
+        print_table([("promise", result["promise"]), ("found", result["failure"])], indent=8)
 
 
 def _words(check: Check) -> str:

@@ -1,4 +1,7 @@
-"""Nothing that a program prints moves a cursor, clears a screen or reorders text, but our own sequences."""
+"""Nothing that a program prints moves a cursor, clears a screen or reorders text, but our own sequences.
+
+Text fits a terminal, and files and other programs get each line whole.
+"""
 
 # ruff: noqa: T201  what `print` writes is the matter here
 
@@ -12,12 +15,14 @@ import pytest
 
 from aeros.cli.terminal import (
     SafeStream,
+    begin_progress,
     escape_for_terminal,
+    output_width,
     print_coloured,
-    print_diagnostics,
+    print_data,
     print_line,
     safe_streams,
-    show_progress,
+    screen_width,
     shows_colour,
     write_control,
 )
@@ -67,21 +72,97 @@ def test_colours_pass_and_nothing_else(capsys: pytest.CaptureFixture[str]) -> No
     assert capsys.readouterr().out == "\x1b[1;31merror\x1b[0m \\u001b[2J\\u001b]0;title\\u0007\n"
 
 
-def test_progress_stays_on_its_line(capsys: pytest.CaptureFixture[str]) -> None:
-    with safe_streams():
-        show_progress("half\n\x1b[2J")
-        show_progress("done", is_last=True)
-    assert capsys.readouterr().err == "\r\x1b[Khalf \\u001b[2J\r\r\x1b[K\r\x1b[Kdone\n"
+class Progress:
+    """Progress that records what happens to it."""
+
+    def __init__(self, happened: list[str]) -> None:
+        self.happened = happened
+
+    def erase(self) -> None:
+        self.happened.append("erased")
+
+    def end(self) -> None:
+        self.happened.append("ended")
 
 
-def test_progress_is_erased_before_anything_else_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+def test_progress_is_erased_before_anything_is_written_and_ends_with_the_command() -> None:
+    happened: list[str] = []
+
+    class Stream(io.StringIO):
+        def write(self, text: str) -> int:
+            happened.append(text)
+            return len(text)
+
+    stream = SafeStream(Stream())
     with safe_streams():
-        show_progress("half")
-        print("result")
-        print("another")
-    shown = capsys.readouterr()
-    assert shown.err == "\r\x1b[Khalf\r\r\x1b[K"
-    assert shown.out == "result\nanother\n"
+        begin_progress(Progress(happened))
+        stream.write("result")
+        begin_progress(Progress(happened))
+        stream.write_data("{}")
+    stream.write("later")
+    assert happened == ["erased", "result", "ended", "erased", "{}", "ended", "later"]
+
+
+class Terminal(io.StringIO):
+    """A terminal whose width `COLUMNS` says."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+LONG = "one two three four five six seven eight nine ten eleven"
+
+
+def test_text_is_wrapped_in_a_terminal_and_nowhere_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    wrapped = "one two three four five six seven eight\n  nine ten eleven\n"
+    for terminal, text in ((Terminal(), wrapped), (io.StringIO(), f"{LONG}\n")):
+        monkeypatch.setattr("sys.stdout", terminal)
+        with safe_streams():
+            print(LONG)
+        assert terminal.getvalue() == text
+
+
+def test_what_a_program_may_read_is_wrapped_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stdout", terminal)
+    data = json.dumps({"text": HOSTILE, "long": LONG})
+    with safe_streams():
+        print_data(data)
+        print_data("\x1b[2J", end="", flush=True)
+    print_data("as it is")
+    assert terminal.getvalue() == f"{data}\n\\u001b[2Jas it is\n"
+
+
+def test_text_that_goes_on_on_a_line_is_wrapped_with_what_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    terminal = Terminal()
+    stream = SafeStream(terminal)
+    stream.write("a question that goes on: ")
+    stream.write("yes or perhaps no")
+    stream.write("\n")
+    stream.write("x" * 40)
+    stream.write(" y\n")
+    assert terminal.getvalue() == f"a question that goes on: yes or perhaps\n  no\n{'x' * 40}\n  y\n"
+
+
+def test_colours_do_not_count_and_go_on_on_the_next_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stdout", terminal)
+    with safe_streams():
+        print_coloured(f"\x1b[31m{'red ' * 10}\x1b[0m[bold]:smile:[/] \x1b[2J")
+    assert terminal.getvalue() == (f"\x1b[31m{'red ' * 9}red \x1b[0m\n  [bold]:smile:[/] \\u001b[2J\n")
+
+
+def test_the_width_is_that_of_the_environment_or_of_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "132")
+    assert screen_width(Terminal()) == output_width(Terminal()) == 132
+    assert output_width(io.StringIO()) is None
+    for given, columns in (("7", 40), ("", 80), ("0", 80), ("wide", 80)):
+        monkeypatch.setenv("COLUMNS", given)
+        assert screen_width(io.StringIO()) == columns
 
 
 @pytest.mark.parametrize(
@@ -117,12 +198,9 @@ def test_a_message_has_one_line_of_its_own(capsys: pytest.CaptureFixture[str]) -
     with safe_streams():
         print("aeros: `a\nforged\n\nforged`", file=sys.stderr)
         print("\naeros: after an empty line\n", file=sys.stderr)
-        print_diagnostics("error: one\n  |\n\nhelp: two")
         print("a\nb")
         print_line("a\nb")
     shown = capsys.readouterr()
-    message = (
-        "aeros: `a\n  forged\n\n  forged`\n\naeros: after an empty line\n\nerror: one\n  |\n\nhelp: two\n"
-    )
+    message = "aeros: `a\n  forged\n\n  forged`\n\naeros: after an empty line\n\n"
     assert shown.err == message
     assert shown.out == "a\nb\na\\nb\n"

@@ -54,7 +54,7 @@ def as_text(
 
 def _summaries(result: VerifyResult, width: int | None, paint: Paint | None) -> list[str]:
     rows = [_summary(subject, paint) for subject in result.subjects if subject.name]
-    return table_lines(rows, width=width, right=(2,))
+    return table_lines(rows, width=width, least=(0, len(Conclusion.UNDECIDED.value)))
 
 
 def _proved(result: VerifyResult) -> list[SubjectReport]:
@@ -171,10 +171,10 @@ def _listed(questions: Sequence[tuple[str, str]]) -> list[str]:
     return [f"  {escape_invisible(about)}: {escape_invisible(reason)}" for about, reason in questions]
 
 
-def _summary(subject: SubjectReport, paint: Paint | None) -> tuple[str, ...]:
+def _summary(subject: SubjectReport, paint: Paint | None) -> tuple[str, str, str]:
     conclusion, is_proved = subject.conclusion.value, subject.conclusion is Conclusion.PROVED
-    text = "obligations"
+    text = f"{subject.claim_count:4} obligations"
     if is_proved and subject.runtime_checked_count:
         text += f", {subject.runtime_checked_count} runtime-checked"
     shown = conclusion if paint is None else paint(conclusion, "good" if is_proved else "bad")
-    return escape_invisible(subject.name), shown, str(subject.claim_count), text
+    return escape_invisible(subject.name), shown, text
