@@ -6,19 +6,17 @@ terminals. Text of others is never taken for markup, emoji codes or values to hi
 
 from __future__ import annotations
 
-import io
-import re
 import sys
 from collections.abc import Collection, Iterable, Sequence
 from typing import IO, TYPE_CHECKING, Any, ClassVar, Final
 
 from aeros.cli.terminal import (
-    COLOUR,
     escape_for_terminal,
     output_width,
     print_coloured,
     shows_colour,
 )
+from aeros.cli.wrapping import COLOUR, LEAST_TEXT, ansi_line, drawn_lines, rich_text, wrap_line
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.render import Paint, render_all
 
@@ -38,75 +36,11 @@ _STYLES: Final = {
 }
 """Styles of rich by the role of a text."""
 
-_PAGE_STYLES: Final = {
-    "markdown.block_quote": "default",
-    "markdown.code": "cyan",
-    "markdown.h1": "bold",
-    "markdown.h2": "bold",
-    "markdown.h3": "bold",
-    "markdown.item.number": "default",
-    "markdown.link": "blue underline",
-    "markdown.table.border": "default",
-    "markdown.table.header": "bold",
-}
-"""Styles of Markdown; those of rich have backgrounds and bright colours."""
-
 _GAP: Final = 2
 """Blanks between two columns of a table."""
 
 LABEL_COLUMNS: Final = 9
 """Width of the labels of lines that a command ends with."""
-
-_LEAST_TEXT: Final = 24
-"""Columns that the last column of a table gets, or else it is written below the others."""
-
-_MARKED: Final = re.compile(r"(?:note|help): ")
-_FIRST_COLUMN: Final = re.compile(r" *\S(?:.*?\S)??  +(?=\S)")
-
-
-def wrap_line(line: str, width: int, start: int = 0) -> str:
-    """Break a line at spaces so that it fits a terminal.
-
-    Further lines begin below the text: below the second column where blanks separate columns, and two
-    columns further in otherwise. A word that is wider than the terminal, such as a path, stays whole.
-
-    Args:
-        line: one line, whose only control sequences are colours.
-        width: columns of the terminal.
-        start: columns that are taken on the line already.
-
-    Returns:
-        The line, or several.
-    """
-    from rich._wrap import divide_line  # `Text.wrap` would tear long words, and paths could not be copied
-    from rich.cells import cell_len
-
-    line = line.expandtabs()
-    plain = COLOUR.sub("", line)
-    if start + cell_len(plain) <= width:
-        return line
-    indent = " " * _indent(plain.lstrip() if start else plain, width)
-    text = _text(line)
-    pieces = divide_line(plain, width - start, fold=False)
-    first, *others = text.divide(pieces[:1])
-    if start and not pieces and cell_len(plain) <= width - len(indent):
-        first, *others = text.divide([len(plain) - len(plain.lstrip())])  # all of it fits on the next line
-    shown = [_ansi(first)]
-    for rest in others:
-        within = divide_line(rest.plain, width - len(indent), fold=False)
-        shown += [indent + _ansi(part) for part in rest.divide(within)]
-    return "\n".join(one.rstrip() for one in shown)
-
-
-def _indent(plain: str, width: int) -> int:
-    """Return the columns before the further lines of a line that is wrapped."""
-    if marked := _MARKED.match(plain):
-        return len(marked[0])
-    column = _FIRST_COLUMN.match(plain)
-    if column is not None and len(column[0]) <= min(width // 2, width - _LEAST_TEXT):
-        return len(column[0])
-    lead = len(plain) - len(plain.lstrip())
-    return min(lead, width // 2) + 2
 
 
 def table_lines(
@@ -132,7 +66,7 @@ def table_lines(
     from rich.cells import cell_len
     from rich.table import Column, Table
 
-    cells = [[_text(_one_line(cell)) for cell in row] for row in rows]
+    cells = [[rich_text(_one_line(cell)) for cell in row] for row in rows]
     if not cells:
         return []
     count = len(cells[0])
@@ -140,7 +74,7 @@ def table_lines(
     widths[: len(least)] = map(max, widths, least)
     before = sum(widths[:-1]) + _GAP * (count - 1)
     room = None if width is None else width - indent
-    if room is not None and before + min(widths[-1], _LEAST_TEXT) > room:
+    if room is not None and before + min(widths[-1], LEAST_TEXT) > room:
         return _stacked(cells, room, indent)
     columns = [
         Column(
@@ -153,7 +87,7 @@ def table_lines(
     table = Table(*columns, box=None, show_header=False, padding=(0, _GAP, 0, 0), pad_edge=False)
     for row in cells:
         table.add_row(*row)
-    lines = _rendered(table, before + widths[-1] if room is None else room)
+    lines = drawn_lines(table, before + widths[-1] if room is None else room)
     return [f"{' ' * indent}{line}".rstrip() for line in lines]
 
 
@@ -161,8 +95,8 @@ def _stacked(rows: Iterable[Sequence[Text]], room: int, indent: int) -> list[str
     """Write rows whose columns do not fit beside each other: the first cell, and the others below it."""
     lines: list[str] = []
     for first, *others in rows:
-        lines += wrap_line(" " * indent + _ansi(first), room + indent).split("\n")
-        rest = "  ".join(_ansi(one) for one in others if one.plain)
+        lines += wrap_line(" " * indent + ansi_line(first), room + indent).split("\n")
+        rest = "  ".join(ansi_line(one) for one in others if one.plain)
         lines += wrap_line(" " * (indent + 4) + rest, room + indent).split("\n") if rest else []
     return lines
 
@@ -236,7 +170,7 @@ def markdown_text(text: str, width: int, *, colour: bool) -> str:
         }
 
     page = Page(escape_for_terminal(text), hyperlinks=False)
-    lines = _rendered(page, width, is_coloured=colour)
+    lines = drawn_lines(page, width, is_coloured=colour)
     return "\n".join(line.rstrip() for line in lines)
 
 
@@ -283,38 +217,3 @@ def _one_line(cell: str) -> str:
     parts = COLOUR.split(cell)
     parts[::2] = (escape_for_terminal(one).replace("\n", "\\n").replace("\t", " ") for one in parts[::2])
     return "".join(parts)
-
-
-def _text(line: str) -> Text:
-    """Make a text of rich of a line, with its colours."""
-    from rich.text import Text
-
-    return Text.from_ansi(line) if "\x1b" in line else Text(line)
-
-
-def _ansi(text: Text) -> str:
-    """Write a text of rich as a line with colours."""
-    return "".join(_rendered(text, max(1, text.cell_len))) if text.spans or text.style else text.plain
-
-
-def _rendered(shown: RenderableType, width: int, *, is_coloured: bool = True) -> list[str]:
-    """Draw something of rich."""
-    from rich.console import Console
-    from rich.theme import Theme
-
-    console = Console(
-        file=io.StringIO(),
-        width=width,
-        color_system="standard" if is_coloured else None,
-        force_terminal=is_coloured,
-        no_color=not is_coloured,
-        markup=False,
-        emoji=False,
-        highlight=False,
-        legacy_windows=False,
-        theme=Theme(_PAGE_STYLES),
-        _environ={},
-    )
-    with console.capture() as captured:
-        console.print(shown)
-    return captured.get().rstrip("\n").split("\n")

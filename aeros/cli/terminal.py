@@ -18,12 +18,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import IO, Any, Final, Protocol
 
+from aeros.cli.wrapping import COLOUR, wrap_line
 from aeros.spec.diagnostics.characters import escape_hidden, find_hidden
 
 _INNER_LINE: Final = re.compile(r"\n(?=[^\n])")
-COLOUR: Final = re.compile(r"(\x1b\[[0-9;]*m)")
-"""An SGR sequence: a colour, boldness, or the end of them."""
-
 _USUAL_WIDTH: Final = 80
 _LEAST_WIDTH: Final = 40
 
@@ -115,8 +113,6 @@ class SafeStream:
         for place, line in enumerate(lines):
             start = 0 if place else self._column
             if start + len(line) > width or not line.isascii():
-                from aeros.cli.rendering import wrap_line  # most lines need it not
-
                 lines[place] = wrap_line(line, width, start)
         last = lines[-1].rpartition("\n")[2]
         self._column = len(last) + (0 if len(lines) > 1 or "\n" in lines[-1] else self._column)

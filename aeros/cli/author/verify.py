@@ -30,7 +30,7 @@ from aeros.cli.author.scene_checks import add_scene_warnings
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.progress import ProgressLine
 from aeros.cli.rendering import painter, print_diagnostics
-from aeros.cli.terminal import output_width, print_coloured, print_data
+from aeros.cli.terminal import end_progress, output_width, print_coloured, print_data
 from aeros.exit_codes import Exit, UsageError, exit_for
 from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
@@ -242,7 +242,11 @@ def _verify(arguments: argparse.Namespace) -> Report:
     progress: Progress = (lambda _: None) if arguments.quiet else _shown_progress()
     second = _second_solver(arguments)
     # Proofs make almost no reference cycles: to look for them takes some hundredths of a run.
-    with _no_cycle_search(), nullcontext() if arguments.no_cache else open_default_store() as store:
+    with (
+        _no_cycle_search(),
+        nullcontext() if arguments.no_cache else open_default_store() as store,
+        _ended_progress(),
+    ):
         return verify(
             arguments.paths,
             arguments.site or reference_site_path(),
@@ -267,6 +271,15 @@ def _no_cycle_search() -> Iterator[None]:
     finally:
         if is_on:
             gc.enable()
+
+
+@contextmanager
+def _ended_progress() -> Iterator[None]:
+    """Show no progress after the block, while `--watch` waits for a change."""
+    try:
+        yield
+    finally:
+        end_progress()
 
 
 def _print_text(result: VerifyResult, arguments: argparse.Namespace) -> None:

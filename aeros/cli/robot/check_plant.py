@@ -75,13 +75,13 @@ def _command(arguments: argparse.Namespace) -> Exit:
         results.append(_result(check, subject))
         if arguments.format == "text":
             _print_result(results[-1])
+    progress.end()
     missing = [words for name, words in _OPTIONAL.items() if not getattr(subject, name)]
     failed = sum(one["failure"] is not None for one in results)
     if arguments.format == "json":
         report = {"schema": SCHEMA, "plant": arguments.plant, "checks": results, "not_tried": missing}
         print_data(json.dumps(report, indent=1))
     else:
-        progress.end()
         print_line("")
         print_line(f"{len(results) - failed} of {len(results)} promises kept")
         if missing:

@@ -18,7 +18,6 @@ from aeros.cli.rendering import (
     print_diagnostics,
     print_table,
     table_lines,
-    wrap_line,
 )
 from aeros.cli.terminal import escape_for_terminal, safe_streams
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
@@ -29,37 +28,7 @@ LONG = "one two three four five six seven eight nine ten"
 SGR = re.compile(r"\x1b\[([0-9;]*)m")
 
 
-@pytest.mark.parametrize(
-    ("line", "wrapped"),
-    [
-        ("short", ["short"]),
-        (LONG, ["one two three four five six seven eight", "  nine ten"]),
-        (f"goal   {LONG}", ["goal   one two three four five six seven", "       eight nine ten"]),
-        (f"  a: {LONG}", ["  a: one two three four five six seven", "    eight nine ten"]),
-        (f"note: {LONG}", ["note: one two three four five six seven", "      eight nine ten"]),
-        (f"{'x' * 30}  {LONG}", ["x" * 30 + "  one two", "  three four five six seven eight nine", "  ten"]),
-        ("餃子 " * 9 + "餃", ["餃子 餃子 餃子 餃子 餃子 餃子 餃子 餃子", "  餃子 餃"]),
-        (f"see {'/a' * 25} now", ["see", f"  {'/a' * 25}", "  now"]),
-        ("a\tb" + " c" * 30, ["a       b" + " c" * 15, "        " + "c " * 14 + "c"]),
-    ],
-)
-def test_a_line_is_wrapped_below_its_text_and_words_stay_whole(line: str, wrapped: list[str]) -> None:
-    assert wrap_line(line, 40).split("\n") == wrapped
-
-
 TEXTS = st.text(st.sampled_from("ab 餃é\u0301🥟❤\ufe0f[]/:*"), max_size=60)
-
-
-@examples(100)
-@given(TEXTS, st.integers(40, 50), st.integers(0, 39))
-def test_wrapped_lines_fit_and_lose_no_word(text: str, width: int, start: int) -> None:
-    lines = wrap_line(text, width, start).split("\n")
-    assert "".join(lines).split() == text.split() or "".join("".join(lines).split()) == "".join(text.split())
-    for place, line in enumerate(lines):
-        room = width - (0 if place else start)
-        assert cell_len(line) <= room or len(line.split()) <= 1
-
-
 ROWS = [("clean_table", "proved", LONG), ("餃子", "rejected", "[red]x[/] :smile: 0.5 'a'")]
 
 
