@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import (
     add_command,
@@ -219,7 +219,9 @@ def _verify(arguments: argparse.Namespace) -> Exit:
             json.dumps({"log": str(arguments.log), **_verification_json(chain, signed, unnoticed)}, indent=2)
         )
     else:
-        print_table(_verification_rows(chain, signed, checkpoints, unnoticed))
+        if not chain.is_sound:
+            print(f"NOT SOUND: {chain.reason}")
+        print_table(_verification_rows(chain, signed, checkpoints, unnoticed), least=(len(_NOT_CHECKED),))
     return Exit.SUCCESS if chain.is_sound else Exit.REJECTED
 
 
@@ -247,13 +249,16 @@ def _undetectable_changes(chain: AuditReport, signed: SignatureReport | None, *,
     return found
 
 
+_NOT_CHECKED: Final = "NOT CHECKED"
+
+
 def _verification_rows(
     chain: AuditReport, signed: SignatureReport | None, checkpoints: int, unnoticed: list[str]
 ) -> list[tuple[str, str]]:
     counts = chain.decisions
     counts_text = f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"
     if not chain.is_sound:
-        return [("NOT SOUND", chain.reason), ("before it", f"{chain.records} sound records: {counts_text}")]
+        return [("before it", f"{chain.records} sound records: {counts_text}")]
     rows = [("chain", f"sound, {chain.records} records: {counts_text}"), ("head", chain.head)]
     if signed is None:
         there = f", though {checkpoints} checkpoints are in the log" if checkpoints else ""
@@ -267,7 +272,7 @@ def _verification_rows(
         rows.append(("signatures", f"sound, of the first {signed.signed} records; the log is {end}"))
         anchored = f"the first {signed.anchored} records are all there"
         rows.append(("anchor", anchored if signed.anchored else "not checked: no --anchor"))
-    return [*rows, *(("NOT CHECKED", one) for one in unnoticed)]
+    return [*rows, *((_NOT_CHECKED, one) for one in unnoticed)]
 
 
 def _verification_json(

@@ -309,9 +309,10 @@ def _print_text(
 ) -> None:
     if not shown:
         print("no installed module provides it" if snapshot.modules else "no modules installed")
-    print_table(
-        [(f"{name} {one.version}", one.state.value, ", ".join(capable[name])) for name, one in shown.items()]
-    )
+    rows = [
+        (f"{name} {one.version}", one.state.value, ", ".join(capable[name])) for name, one in shown.items()
+    ]
+    print_table(rows, least=(0, max(len(state.value) for state in ModuleState)))
     for one in shown.values():
         for line in _broken_lines(broken.get((one.name, one.version), [])):
             print(line)

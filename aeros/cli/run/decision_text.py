@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Final
 
 from aeros.cli.rendering import table_lines
 from aeros.runtime.gate.decision import Decision
@@ -58,19 +59,20 @@ def _layer_lines(explanation: Explanation) -> Iterator[str]:
 
 def _clause_lines(clauses: Sequence[EvaluatedCondition], width: int | None) -> Iterator[str]:
     proved = [one for one in clauses if one.obligation and one.holds is None and not one.missing]
+    name_columns = max((len(one.name) for one in clauses), default=0)  # the same in both tables
     if proved:
         yield "  proved at installation"
         rows = [(one.name, f"by {one.obligation}") for one in proved]
-        yield from table_lines(rows, width=width, indent=4)
+        yield from table_lines(rows, width=width, indent=4, least=(name_columns,))
     rest = [one for one in clauses if one not in proved]
     if rest:
         yield "  runtime-checked"
-        results = [(one.name, _result(one), f"{one.text}{_at(one)}") for one in rest]
-        yield from table_lines(results, width=width, indent=4)
+        results = [(one.name, _RESULTS[one.holds], f"{one.text}{_at(one)}") for one in rest]
+        least = (name_columns, max(map(len, _RESULTS.values())))
+        yield from table_lines(results, width=width, indent=4, least=least)
 
 
-def _result(clause: EvaluatedCondition) -> str:
-    return {True: "holds", False: "fails", None: "unknown"}[clause.holds]
+_RESULTS: Final = {True: "holds", False: "fails", None: "unknown"}
 
 
 def _at(clause: EvaluatedCondition) -> str:

@@ -106,6 +106,9 @@ def _default(parameter: TaskParameter) -> Any:
     return int(parameter.default) if is_whole else to_json_value(parameter.default)
 
 
+_LABEL_COLUMNS: Final = 8
+"""Width of the labels, so that those of most tasks are the same."""
+
 _MOST_WORDS: Final = 4
 """Phrases of one kind that are listed unless all are asked for."""
 
@@ -145,7 +148,7 @@ def _list_tasks(configuration: Configuration, form: str, *, is_verbose: bool) ->
         return
     for one in listed:
         print_line(one["task"])
-        print_table(_described(one, is_verbose=is_verbose), indent=2)
+        print_table(_described(one, is_verbose=is_verbose), indent=2, least=(_LABEL_COLUMNS,))
     if not is_verbose:
         print("\n`aeros tasks -v` lists all words")
 
