@@ -12,7 +12,7 @@ from textwrap import shorten, wrap
 from typing import Final
 
 from aeros.cli.commands import COMMANDS, GROUPS, OFTEN_USED
-from aeros.cli.terminal import screen_width
+from aeros.cli.terminal.streams import screen_width
 from aeros.exit_codes import EXIT_CODES
 
 MOST_LINES: Final = 39

@@ -14,8 +14,8 @@ from typing import Final
 
 from aeros.cli.commands import COMMANDS
 from aeros.cli.parsers import parse
-from aeros.cli.rendering import print_diagnostics
-from aeros.cli.terminal import safe_streams
+from aeros.cli.terminal.rendering import print_diagnostics
+from aeros.cli.terminal.streams import safe_streams
 from aeros.exit_codes import Exit, UsageError
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.diagnostics.render import escape_invisible

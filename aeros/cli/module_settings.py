@@ -6,8 +6,8 @@ import argparse
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from aeros.cli.rendering import print_table
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_line
 from aeros.exit_codes import UsageError
 from aeros.runtime.registry.waiting_modules import WaitingModule
 from aeros.spec.elaborate.module.settings import Setting, configure_command

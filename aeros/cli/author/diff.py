@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import add_colour, add_command, add_solver_limits, existing_path
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.rendering import painter, print_table
-from aeros.cli.terminal import output_width, print_coloured, print_data
+from aeros.cli.terminal.rendering import painter, print_table
+from aeros.cli.terminal.streams import output_width, print_coloured, print_data
 from aeros.exit_codes import Exit
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.resource_limit import MAX_TIMEOUTS

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aeros.cli.arguments import add_command
-from aeros.cli.rendering import markdown_text, print_table
-from aeros.cli.terminal import output_width, print_coloured, shows_colour
+from aeros.cli.terminal.rendering import markdown_text, print_table
+from aeros.cli.terminal.streams import output_width, print_coloured, shows_colour
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.codes import CODES, did_you_mean
 from aeros.spec.diagnostics.render import escape_invisible

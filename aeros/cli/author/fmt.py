@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.file_changes import is_pinned, replace_text, unified_diff
-from aeros.cli.rendering import print_diagnostics
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.rendering import print_diagnostics
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import open_regular
 from aeros.spec.diagnostics.errors import InternalError, UserError

@@ -12,7 +12,7 @@ from aeros.apps.drawings.drawing import Diagram, Edge, Node, dot, mermaid, svg
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import add_module, read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, UsageError
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task

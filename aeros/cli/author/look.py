@@ -19,7 +19,7 @@ from aeros.cli.arguments import add_command, existing_path, parse_seed, print_wa
 from aeros.cli.author.look_report import as_json, text_lines
 from aeros.cli.author.module_argument import add_module
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.terminal import print_data, print_line
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import make_folder
 from aeros.runtime.gate.configuration import Configuration

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from aeros.agent.world.values import to_json_value
 from aeros.apps.look.looking import DefinedValue, Look, PerceiverLook, SeenValue
-from aeros.cli.rendering import table_lines
+from aeros.cli.terminal.rendering import table_lines
 from aeros.runtime.ports import Reading
 from aeros.spec.expr.units import Unit, to_unit
 from aeros.spec.model.site import Site

@@ -20,8 +20,8 @@ from aeros.agent.world.values import to_exact, to_json_value
 from aeros.apps.goal import parse_goal, parse_value
 from aeros.cli.arguments import add_command, add_module_folders, existing_path, print_warning
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.rendering import table_lines
-from aeros.cli.terminal import print_data, print_line
+from aeros.cli.terminal.rendering import table_lines
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import make_folder
 from aeros.runtime.registry.folder_modules import FolderModules, default_modules, uses_installed_modules

@@ -20,8 +20,8 @@ from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import add_module, read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import plant_name
-from aeros.cli.rendering import print_table
-from aeros.cli.terminal import print_data, print_line
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.invocation import State

@@ -15,7 +15,7 @@ from aeros.cli.author.proved_repairs import (
     find_proved_repairs,
     find_site_repairs,
 )
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, exit_for
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.render import escape_invisible

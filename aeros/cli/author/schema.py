@@ -8,7 +8,7 @@ from importlib import resources
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
 from aeros.spec.declared.json_schema import FILES, json_schema_of
 

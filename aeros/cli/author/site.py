@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.apps.site_listing import as_json, as_text, site_tables
 from aeros.cli.arguments import add_command, existing_path
-from aeros.cli.terminal import print_data, print_line
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.registry.installed import InstalledModules
 from aeros.spec.diagnostics.codes import Diagnostics

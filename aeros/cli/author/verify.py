@@ -28,9 +28,9 @@ from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.cli.author.reports.text import TextDetail, as_text
 from aeros.cli.author.scene_checks import add_scene_warnings
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.progress import ProgressLine
-from aeros.cli.rendering import painter, print_diagnostics
-from aeros.cli.terminal import end_progress, output_width, print_coloured, print_data
+from aeros.cli.terminal.progress import ProgressLine
+from aeros.cli.terminal.rendering import painter, print_diagnostics
+from aeros.cli.terminal.streams import end_progress, output_width, print_coloured, print_data
 from aeros.exit_codes import Exit, UsageError, exit_for
 from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Severity

@@ -15,7 +15,7 @@ from aeros.apps.trees.library import collect_trees, leaf_names
 from aeros.apps.trees.tree_import import ImportedTree, NodeReport, import_tree
 from aeros.apps.trees.tree_xml import TreeFileError, read_tree_files
 from aeros.cli.arguments import add_command, existing_path
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import replace_durably
 from aeros.spec.diagnostics.codes import did_you_mean

@@ -25,8 +25,8 @@ from aeros.cli.arguments import (
 from aeros.cli.latest_run import save_latest_run
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import add_plant_argument
-from aeros.cli.rendering import print_labelled
 from aeros.cli.ros2_options import add_ros2_options, open_peers, require_ros2_options
+from aeros.cli.terminal.rendering import print_labelled
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import private_umask
 from aeros.runtime.audit.checkpoints import SigningConfiguration

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.cli.arguments import add_command, existing_path, writable_path
 from aeros.cli.setting_defaults import inner_parsers
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
 
 if TYPE_CHECKING:

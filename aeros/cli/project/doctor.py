@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import aeros
 from aeros.cli.arguments import add_command
-from aeros.cli.rendering import print_table
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
 
 if TYPE_CHECKING:

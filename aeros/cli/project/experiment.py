@@ -12,9 +12,9 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command, available_cpus, existing_path, process_count
-from aeros.cli.progress import ProgressLine
-from aeros.cli.rendering import print_labelled, print_table
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.progress import ProgressLine
+from aeros.cli.terminal.rendering import print_labelled, print_table
+from aeros.cli.terminal.streams import print_line
 from aeros.distribution import install_command
 from aeros.exit_codes import Exit, UsageError
 from aeros.experiments.architecture import load_class

@@ -17,7 +17,7 @@ from aeros.agent.errors import AgentError
 from aeros.agent.identity import undisturbed
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.file_changes import is_pinned, replace_text, unified_diff
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.render import escape_invisible

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from aeros.cli.arguments import add_command, available_cpus, process_count, second_solver
-from aeros.cli.progress import ProgressLine
-from aeros.cli.rendering import print_table
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.progress import ProgressLine
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, UsageError
 from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.obligations.verdicts import Verdict

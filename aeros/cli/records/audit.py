@@ -21,8 +21,8 @@ from aeros.cli.help_text import WrappedEpilog
 from aeros.cli.latest_run import add_run_argument, find_audit_log
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.records.show import add_filters, explain_record, format_record, matches_filters
-from aeros.cli.rendering import print_table
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.audit.check import CHECKPOINT, AuditReport, Record, RecordCheck, verify_log
 from aeros.runtime.audit.checkpoints import AnchorError, SignatureReport, verify_signed

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Final
 from aeros.apps.film.run_film import FilmError, film_imports, film_run
 from aeros.cli.arguments import add_command, existing_path, writable_film_path
 from aeros.cli.latest_run import add_run_argument, find_run_folder
-from aeros.cli.progress import ProgressLine
 from aeros.cli.records.report import available_sites
-from aeros.cli.rendering import print_labelled
+from aeros.cli.terminal.progress import ProgressLine
+from aeros.cli.terminal.rendering import print_labelled
 from aeros.exit_codes import Exit
 from aeros.files import replace_durably
 from aeros.spec.model.site import Site

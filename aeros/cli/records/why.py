@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from aeros.apps.why.causal_chain import CausalExplanation, RunLog, StepTrace
 from aeros.cli.arguments import add_command
 from aeros.cli.latest_run import add_run_argument, find_audit_log
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, UsageError
 from aeros.runtime.audit.check import Record, verify_log
 from aeros.spec.diagnostics.render import escape_invisible

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.apps.mcp.approvals import ApprovalError, approve, pending_requests, reject
 from aeros.cli.arguments import add_command
-from aeros.cli.terminal import print_data, print_line
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.render import escape_invisible
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command
-from aeros.cli.progress import ProgressLine
-from aeros.cli.rendering import print_table
-from aeros.cli.terminal import print_data, print_line
+from aeros.cli.terminal.progress import ProgressLine
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.descriptions import describe_exception, type_name
 from aeros.exit_codes import Exit, UsageError
 from aeros.session.plant_factory import PLANTS

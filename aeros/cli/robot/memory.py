@@ -25,7 +25,7 @@ from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.queries import ContextSummary, EpisodeFilter, SkillSummary, open_memory_reader
 from aeros.cli.arguments import add_command
 from aeros.cli.help_text import WrappedEpilog
-from aeros.cli.terminal import print_data, print_line
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import escape_invisible

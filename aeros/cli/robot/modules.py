@@ -21,9 +21,9 @@ from aeros.cli.module_settings import (
     print_settings,
     print_waiting,
 )
-from aeros.cli.rendering import print_table
 from aeros.cli.robot.module_source import BUNDLE, module_source
-from aeros.cli.terminal import print_data, print_line
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import replace_durably
 from aeros.runtime.registry.archive import pack

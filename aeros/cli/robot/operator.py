@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Final
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.module_settings import print_waiting
-from aeros.cli.rendering import print_diagnostics
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.rendering import print_diagnostics
+from aeros.cli.terminal.streams import print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.control_page import MotionTimeoutError, request_command

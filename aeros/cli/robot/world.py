@@ -17,8 +17,8 @@ from aeros.agent.memory.queries import open_memory_reader
 from aeros.agent.memory.sightings import RememberedValue
 from aeros.agent.memory.things import THING, RememberedThing, remembered_things
 from aeros.cli.arguments import add_command
-from aeros.cli.rendering import print_table
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
 from aeros.spec.model.task_parameters import is_instruction
 

@@ -12,7 +12,7 @@ from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.example_requests import example_requests
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.run.decision_text import decision_text, explanation_text
-from aeros.cli.terminal import output_width, print_data
+from aeros.cli.terminal.streams import output_width, print_data
 from aeros.exit_codes import Exit
 from aeros.runtime.gate.explain import Explainer
 from aeros.runtime.gate.gate import GateMode

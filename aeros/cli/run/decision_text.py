@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from aeros.cli.rendering import table_lines
+from aeros.cli.terminal.rendering import table_lines
 from aeros.runtime.gate.decision import Decision
 from aeros.runtime.gate.explain import EvaluatedCondition, Explanation
 

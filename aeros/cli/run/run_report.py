@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from aeros.agent.execution.report import RunReport
-from aeros.cli.rendering import LABEL_COLUMNS, table_lines
+from aeros.cli.terminal.rendering import LABEL_COLUMNS, table_lines
 from aeros.sim.referee import GoalJudgement
 from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import escape_invisible

@@ -24,13 +24,13 @@ from aeros.cli.latest_run import save_latest_run
 from aeros.cli.records.dataset import RunDataset
 from aeros.cli.records.film import write_film
 from aeros.cli.records.report import write_report
-from aeros.cli.rendering import print_labelled
 from aeros.cli.ros2_options import open_peers
 from aeros.cli.run.help_question import help_asker
 from aeros.cli.run.planners import planning_timeout
 from aeros.cli.run.run_plant import PlantSetup, lost_poses, open_run_plant
 from aeros.cli.run.run_referee import RunReferee
 from aeros.cli.run.run_report import summary
+from aeros.cli.terminal.rendering import print_labelled
 from aeros.exit_codes import Exit
 from aeros.runtime.audit.check import Record
 from aeros.runtime.audit.checkpoints import SigningConfiguration, verify_signed

@@ -13,8 +13,8 @@ from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.world.values import to_json_value
 from aeros.cli.arguments import add_command, add_module_folders, existing_path, warn_of_withheld_modules
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.rendering import print_table
-from aeros.cli.terminal import print_data, print_line
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.gate.configuration import Configuration
 from aeros.session.setup import open_governor, understand_instruction
@@ -106,7 +106,7 @@ def _default(parameter: TaskParameter) -> Any:
     return int(parameter.default) if is_whole else to_json_value(parameter.default)
 
 
-_LABEL_COLUMNS: Final = 8
+_LABEL_COLUMNS: Final = 7
 """Width of the labels, so that those of most tasks are the same."""
 
 _MOST_WORDS: Final = 4

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 
 from rich.cells import cell_len, set_cell_size
 
-from aeros.cli.terminal import escape_for_terminal
+from aeros.cli.terminal.streams import escape_for_terminal
 
 _HOME, _END_OF_LINE, _BELOW, _PLAIN = "\x1b[H", "\x1b[K", "\x1b[J", "\x1b[0m"
 

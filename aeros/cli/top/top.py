@@ -18,8 +18,8 @@ from aeros.apps.run_follower import RunFollower
 from aeros.cli.arguments import add_command, existing_path, seconds_from
 from aeros.cli.latest_run import latest_run
 from aeros.cli.records.report import available_sites
-from aeros.cli.rendering import table_lines
-from aeros.cli.terminal import print_data, shows_colour, write_control
+from aeros.cli.terminal.rendering import table_lines
+from aeros.cli.terminal.streams import print_data, shows_colour, write_control
 from aeros.cli.top.keyboard import Keyboard, open_keyboard
 from aeros.cli.top.operator_call import OperatorCall
 from aeros.cli.top.resources import quota_text, resource_rows, tools_view

@@ -17,7 +17,7 @@ from aeros import distribution
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.new.naming import identifier, runtime_range
 from aeros.cli.project_settings import find_settings
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.streams import print_line
 from aeros.exit_codes import Exit
 from aeros.files import replace_durably
 from aeros.spec.verification.certificate import write_lock

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Final
 
 from aeros.cli.author.reports.result import VerifyResult
-from aeros.cli.rendering import table_lines
+from aeros.cli.terminal.rendering import table_lines
 from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import Paint, escape_invisible, render_text
 from aeros.spec.obligations.verdicts import Conclusion

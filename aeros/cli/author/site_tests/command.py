@@ -15,7 +15,7 @@ from aeros.cli.author.site_tests.cases import CaseResult
 from aeros.cli.author.site_tests.judge import judge_cases
 from aeros.cli.author.site_tests.output import as_json, as_junit, as_text
 from aeros.cli.author.site_tests.read import CaseReader, asks_for_decisions, parse_site_tests
-from aeros.cli.terminal import print_data
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, UsageError
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.gate.port import Gate

@@ -14,9 +14,9 @@ from rich.cells import cell_len
 
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
-from tests.unit.cli.pseudo_terminal import run_in_terminal
+from tests.unit.cli.terminal.pseudo_terminal import run_in_terminal
 
-REPOSITORY = Path(__file__).parents[3]
+REPOSITORY = Path(__file__).parents[4]
 CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
@@ -123,7 +123,7 @@ def test_each_module_that_draws_a_table_has_a_command_here() -> None:
         for path in folder.rglob("*.py")
         if re.search(r"\b(?:print_table|table_lines)\(", path.read_text(encoding="utf-8"))
     }
-    assert drawing - {"rendering.py"} == {*COMMANDS, *SLOW, "run/run_report.py"}
+    assert drawing - {"terminal/rendering.py"} == {*COMMANDS, *SLOW, "run/run_report.py"}
 
 
 def test_json_is_whole_in_a_terminal(paths: dict[str, str]) -> None:

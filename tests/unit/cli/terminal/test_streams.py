@@ -13,7 +13,7 @@ import sys
 
 import pytest
 
-from aeros.cli.terminal import (
+from aeros.cli.terminal.streams import (
     SafeStream,
     begin_progress,
     escape_for_terminal,

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.cells import cell_len
 
-from aeros.cli.wrapping import ansi_line, drawn_lines, rich_text, wrap_line
+from aeros.cli.terminal.wrapping import ansi_line, drawn_lines, rich_text, wrap_line
 from tests.hypothesis_profiles import examples
 
 LONG = "one two three four five six seven eight nine ten"

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.cells import cell_len
 
-from aeros.cli.rendering import (
+from aeros.cli.terminal.rendering import (
     markdown_text,
     paint,
     painter,
@@ -19,7 +19,7 @@ from aeros.cli.rendering import (
     print_table,
     table_lines,
 )
-from aeros.cli.terminal import escape_for_terminal, safe_streams
+from aeros.cli.terminal.streams import escape_for_terminal, safe_streams
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import Source
 from tests.hypothesis_profiles import examples

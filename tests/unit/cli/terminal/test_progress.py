@@ -13,8 +13,8 @@ from unittest.mock import patch
 
 import pytest
 
-from aeros.cli.progress import ProgressLine
-from aeros.cli.terminal import safe_streams
+from aeros.cli.terminal.progress import ProgressLine
+from aeros.cli.terminal.streams import safe_streams
 
 SEQUENCE = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 

@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import IO, Any, Final, Protocol
 
-from aeros.cli.wrapping import COLOUR, wrap_line
+from aeros.cli.terminal.wrapping import COLOUR, wrap_line
 from aeros.spec.diagnostics.characters import escape_hidden, find_hidden
 
 _INNER_LINE: Final = re.compile(r"\n(?=[^\n])")

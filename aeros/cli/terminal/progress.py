@@ -8,7 +8,7 @@ import threading
 import time
 from typing import TYPE_CHECKING, Final, TextIO
 
-from aeros.cli.terminal import (
+from aeros.cli.terminal.streams import (
     OUTPUT_LOCK,
     begin_progress,
     escape_for_terminal,

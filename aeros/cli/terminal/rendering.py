@@ -10,13 +10,13 @@ import sys
 from collections.abc import Collection, Iterable, Sequence
 from typing import IO, TYPE_CHECKING, Any, ClassVar, Final
 
-from aeros.cli.terminal import (
+from aeros.cli.terminal.streams import (
     escape_for_terminal,
     output_width,
     print_coloured,
     shows_colour,
 )
-from aeros.cli.wrapping import COLOUR, LEAST_TEXT, ansi_line, drawn_lines, rich_text, wrap_line
+from aeros.cli.terminal.wrapping import COLOUR, LEAST_TEXT, ansi_line, drawn_lines, rich_text, wrap_line
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.render import Paint, render_all
 
