@@ -6,10 +6,10 @@ import os
 import sys
 import threading
 import time
+from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Final, TextIO
 
 from aeros.cli.terminal.streams import (
-    OUTPUT_LOCK,
     begin_progress,
     escape_for_terminal,
     screen_width,
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 _DELAY_S: Final = 2.0
 """Seconds of work before its progress is shown."""
 
+_LOCK: Final = threading.RLock()
+
 _STYLES: Final = {"bar.back": "dim", "bar.complete": "green", "bar.finished": "green"}
 _STYLES.update(dict.fromkeys(("progress.elapsed", "progress.remaining", "progress.download"), "none"))
 
@@ -35,9 +37,15 @@ class ProgressLine:
     Args:
         total: number of parts of the work; None if it is not known.
         delay: seconds before anything is shown.
+
+    Attributes:
+        lock: held while something is written to a terminal, and while this is drawn.
     """
 
+    lock: AbstractContextManager[object]
+
     def __init__(self, total: int | None = None, *, delay: float = _DELAY_S) -> None:
+        self.lock = _LOCK
         self._total = total
         self._text = ""
         self._done = 0
@@ -61,7 +69,7 @@ class ProgressLine:
             text: what is under way.
             done: number of parts that are done.
         """
-        with OUTPUT_LOCK:
+        with self.lock:
             self._text = escape_for_terminal(text).replace("\n", " ")
             self._done = done
             if time.monotonic() - self._start_time >= self._delay:
@@ -69,7 +77,7 @@ class ProgressLine:
 
     def erase(self) -> None:
         """Erase it; the next `show` shows it again."""
-        with OUTPUT_LOCK:
+        with self.lock:
             # A forked process has a copy of this object, and no thread that draws.
             if self._drawn is not None and os.getpid() == self._process:
                 drawn, self._drawn = self._drawn[0], None
@@ -77,14 +85,14 @@ class ProgressLine:
 
     def end(self) -> None:
         """Erase it for good; safe to call twice."""
-        with OUTPUT_LOCK:
+        with self.lock:
             self._is_shown = False
             if self._timer is not None:
                 self._timer.cancel()
             self.erase()
 
     def _draw(self) -> None:
-        with OUTPUT_LOCK:
+        with self.lock:
             if not self._is_shown or not self._text:
                 return
             if self._drawn is None:

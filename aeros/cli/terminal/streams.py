@@ -13,9 +13,8 @@ from __future__ import annotations
 import os
 import re
 import sys
-import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import IO, Any, Final, Protocol
 
 from aeros.cli.terminal.wrapping import COLOUR, wrap_line
@@ -99,10 +98,12 @@ class SafeStream:
         self._write(escape_for_terminal(text))
 
     def _write(self, text: str) -> None:
-        with OUTPUT_LOCK:
-            clear_progress()
-            with self._named():
-                self._stream.write(text)
+        with ExitStack() as stack:
+            for one in _PROGRESS:
+                stack.enter_context(one.lock)  # so that it is not drawn again before the text is written
+                one.erase()
+            stack.enter_context(self._named())
+            self._stream.write(text)
 
     def _wrapped(self, text: str) -> str:
         """Break the lines that are wider than the terminal."""
@@ -280,7 +281,13 @@ def shows_colour(stream: IO[str], choice: str = "auto") -> bool:
 
 
 class ShownProgress(Protocol):
-    """Progress that stands on the last lines of a terminal."""
+    """Progress that stands on the last lines of a terminal.
+
+    Attributes:
+        lock: held while something is written, and while the progress is drawn, by a thread of its own.
+    """
+
+    lock: AbstractContextManager[object]
 
     def erase(self) -> None:
         """Erase it before something else is written; it may be shown again."""
@@ -288,9 +295,6 @@ class ShownProgress(Protocol):
     def end(self) -> None:
         """Erase it for good."""
 
-
-OUTPUT_LOCK: Final = threading.RLock()
-"""Held while something is written, as progress is drawn by a thread of its own."""
 
 _PROGRESS: Final[list[ShownProgress]] = []
 """The progress that is under way; empty if there is none."""
@@ -304,12 +308,6 @@ def begin_progress(shown: ShownProgress) -> None:
     """
     end_progress()
     _PROGRESS.append(shown)
-
-
-def clear_progress() -> None:
-    """Erase the progress that is shown, if any is, before something else is written."""
-    for one in _PROGRESS:
-        one.erase()
 
 
 def end_progress() -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import json
 import sys
+from contextlib import AbstractContextManager, nullcontext
 
 import pytest
 
@@ -77,6 +78,7 @@ class Progress:
 
     def __init__(self, happened: list[str]) -> None:
         self.happened = happened
+        self.lock: AbstractContextManager[object] = nullcontext()
 
     def erase(self) -> None:
         self.happened.append("erased")
