@@ -48,17 +48,17 @@ def shown_as_printed(shown: str, printed: str) -> str:
     return "".join(f"{line.rstrip()}\n" for line in found)
 
 
-_COLUMNS: Final = 100
-"""Width of the terminal whose lines the pages show."""
+_COLUMNS: Final = 120
+"""Width of the terminal whose lines the pages show, as no line of a page is longer."""
 
 
-def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+def run(command: str, folder: Path, columns: int = _COLUMNS) -> subprocess.CompletedProcess[str]:
     """Run it in `folder`, in a terminal without colours; standard error is none, so no progress is shown.
 
     `tests.commands.server` runs `aeros` and `python FILE`.
     """
     path = os.pathsep.join((str(commands_folder()), str(Path(sys.executable).parent), os.environ["PATH"]))
-    environment = {**os.environ, "PATH": path, "COLUMNS": str(_COLUMNS), "NO_COLOR": "1", "TERM": "xterm"}
+    environment = {**os.environ, "PATH": path, "COLUMNS": str(columns), "NO_COLOR": "1", "TERM": "xterm"}
     terminal, output = pty.openpty()
     attributes = termios.tcgetattr(output)
     attributes[1] &= ~termios.OPOST  # line feeds stay as they are

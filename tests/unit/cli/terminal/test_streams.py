@@ -125,7 +125,7 @@ def test_text_is_wrapped_in_a_terminal_and_nowhere_else(monkeypatch: pytest.Monk
         assert terminal.getvalue() == text
 
 
-def test_what_a_program_may_read_is_wrapped_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_data_for_programs_is_wrapped_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "40")
     terminal = Terminal()
     monkeypatch.setattr("sys.stdout", terminal)
