@@ -135,3 +135,10 @@ def test_json_is_whole_in_a_terminal(paths: dict[str, str]) -> None:
 def test_markup_in_a_name_is_text(tmp_path: Path) -> None:
     shown = run_in_terminal(["explain", "[red]x[/] :smile:"], 80)
     assert "there is no code `[red]x[/] :smile:`" in shown
+
+
+def test_json_is_printed_as_data_everywhere() -> None:
+    folder = REPOSITORY / "aeros" / "cli"
+    texts = {path: path.read_text(encoding="utf-8") for path in folder.rglob("*.py")}
+    assert any("print_data(json.dumps(" in text for text in texts.values())
+    assert [path.name for path, text in texts.items() if re.search(r"\bprint\(\s*json\.dumps", text)] == []
