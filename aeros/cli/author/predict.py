@@ -20,6 +20,8 @@ from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import add_module, read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import plant_name
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.invocation import State
@@ -176,9 +178,10 @@ def _command(arguments: argparse.Namespace) -> Exit:
     replans = site.limits.replans if arguments.max_replans is None else arguments.max_replans
     predictions = [_prediction_json(ecm, task, site, replans) for task in tasks]
     if arguments.format == "json":
-        print(json.dumps({"schema": SCHEMA, "predictions": predictions}, indent=1))
+        print_data(json.dumps({"schema": SCHEMA, "predictions": predictions}, indent=1))
     else:
-        print("\n\n".join(_as_text(one) for one in predictions))
+        for place, one in enumerate(predictions):
+            _print_text(one, is_first=not place)
     return Exit.SUCCESS
 
 
@@ -264,17 +267,19 @@ def _number(value: Fraction, rounding: str | None = None) -> dict[str, Any]:
     return {"exact": parts[0] if parts[1] == "1" else "/".join(parts), "decimal": decimal}
 
 
-def _as_text(one: dict[str, Any]) -> str:
+def _print_text(one: dict[str, Any], *, is_first: bool) -> None:
+    if not is_first:
+        print()
     start = ", ".join(f"{name} = {str(value).lower()}" for name, value in one["start"].items())
-    lines = [
-        f"{one['module']}.{one['task']} at {one['site']}, at most {one['replans_at_most']} re-plans",
-        f"from {start}",
-        *(f"{label:<22}  {_format_number(one[name])}" for name, label in _LABELS.items() if name in one),
-        *([f"bounds only: {one['reason']}"] if "reason" in one else []),
-    ]
-    return "\n".join(map(escape_invisible, lines))
+    head = f"{one['module']}.{one['task']} at {one['site']}, at most {one['replans_at_most']} re-plans"
+    print_line(escape_invisible(head))
+    print_line(escape_invisible(f"from {start}"))
+    print_table([(label, *_number_cells(one[name])) for name, label in _LABELS.items() if name in one])
+    if "reason" in one:
+        print_line(escape_invisible(f"bounds only: {one['reason']}"))
 
 
-def _format_number(number: dict[str, Any]) -> str:
-    shown = f"{number['decimal']:<18.15g}"
-    return f"{shown}  = {number['exact']}" if len(number["exact"]) <= _LONGEST_FRACTION else shown.rstrip()
+def _number_cells(number: dict[str, Any]) -> tuple[str, str]:
+    """Return the decimal of a number, and its fraction where that is short."""
+    exact = number["exact"]
+    return f"{number['decimal']:.15g}", f"= {exact}" if len(exact) <= _LONGEST_FRACTION else ""
