@@ -40,7 +40,9 @@ class Forgetful(Memory):
     def add_event(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
         pass
 
-    def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
+    def success_record(
+        self, module: str, skill: str, context: str | None = None, until: int | None = None
+    ) -> SuccessRecord:
         return SuccessRecord(0, 0)
 
     def recent_records(self, contexts: Mapping[SkillId, str]) -> Mapping[SkillId, RecentRecord]:
@@ -49,7 +51,9 @@ class Forgetful(Memory):
     def typical_duration(self, module: str, skill: str, code: str = "") -> None:
         return None
 
-    def experience(self, module: str, skill: str, code: str) -> Sequence[ExperiencedEnd]:
+    def experience(
+        self, module: str, skill: str, code: str, until: int | None = None
+    ) -> Sequence[ExperiencedEnd]:
         return ()
 
     def note_sightings(self, sightings: Iterable[Sighting]) -> None:

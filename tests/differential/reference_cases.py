@@ -6,6 +6,7 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
+from aeros.spec.closed_loop.giving_up import AgentBeliefs, declared_beliefs
 from aeros.spec.closed_loop.markov_chain import Prediction, predict
 from aeros.spec.closed_loop.outcome_probabilities import with_skill_probabilities
 from aeros.spec.closed_loop.transition_system import TransitionSystem
@@ -50,8 +51,17 @@ def in_small(case: Case) -> Case:
 
 
 def predicted(case: Case) -> Prediction:
-    system = TransitionSystem(case.ecm, case.task, case.site)
-    return predict(system, tuple(case.start[name] for name in system.names), case.site.limits.replans)
+    return _predicted(case, declared_beliefs(case.ecm))
+
+
+def predicted_without_giving_up(case: Case) -> Prediction:
+    """The prediction of an agent that tries until its plans are used up."""
+    return _predicted(case, None)
+
+
+def _predicted(case: Case, beliefs: AgentBeliefs | None) -> Prediction:
+    system = TransitionSystem(case.ecm, case.task, case.site, beliefs)
+    return predict(system, system.start(case.start), case.site.limits.replans)
 
 
 def as_tuple(prediction: Prediction) -> Expected:

@@ -19,11 +19,9 @@ from statistics import median
 from typing import Final, NamedTuple
 
 from aeros.agent.memory.posterior import FORGETTING
+from aeros.spec.closed_loop.giving_up import PRIOR_TRIES, failure_probability
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.model.ecm import Ecm, Skill, owner_of
-
-PRIOR_TRIES: Final = 4
-"""Number of results that the declared probabilities count as."""
 
 MAX_EXPERIENCED_TRIES: Final = 100
 """Number of the latest results of each skill that count; an earlier one would weigh less than 1e-5."""
@@ -101,6 +99,23 @@ def with_experience(ecm: Ecm, source: ExperienceSource) -> Ecm:
         skills={name: changed.get(name, skill) for name, skill in ecm.skills.items()},
         foreign=replace(ecm.foreign, skills=foreign),
     )
+
+
+def expected_failure(skill: Skill, ends: Sequence[ExperiencedEnd]) -> Fraction:
+    """Compute the probability of a failure that an agent expects of a skill.
+
+    Experience makes it smaller and never larger: failures that nobody explained may have had a cause, and a
+    run that meets the same cause again is not to try longer for that.
+
+    Args:
+        skill: its declaration.
+        ends: its ends, newest first.
+
+    Returns:
+        The declared probability, or the experienced one if that is smaller.
+    """
+    declared = failure_probability(skill)
+    return min(declared, failure_probability(_experienced(skill, ends))) if ends else declared
 
 
 def _experienced(skill: Skill, ends: Sequence[ExperiencedEnd]) -> Skill:
