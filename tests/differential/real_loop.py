@@ -107,13 +107,15 @@ def run_with(
     return Run(pursue(ecm, task, runtime), runtime.states)
 
 
-def every_run(ecm: Ecm, task: Task, site: Site, start: Mapping[str, Any]) -> Iterator[tuple[Fraction, Run]]:
-    """Every run there can be, with its probability."""
+def every_run(
+    ecm: Ecm, task: Task, site: Site, start: Mapping[str, Any], world: Ecm | None = None
+) -> Iterator[tuple[Fraction, Run]]:
+    """Every run there can be, with its probability by the module `world`, if not by that of the agent."""
     shares = {
         name: [
             (outcome.id, share) for outcome, share in outcome_probabilities(skill.outcomes.values()) if share
         ]
-        for name, skill in ecm.skills.items()
+        for name, skill in (world or ecm).skills.items()
     }
     script: list[int] = []
     while True:

@@ -13,6 +13,7 @@ from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.text.discovery import reference_site_path
 from tests.differential.planning.small_tasks import Case
 from tests.differential.planning.tree_expansion import Expected, variables
@@ -50,8 +51,9 @@ def in_small(case: Case) -> Case:
     return replace(case, ecm=ecm, site=replace(case.site, state=state))
 
 
-def predicted(case: Case) -> Prediction:
-    return _predicted(case, declared_beliefs(case.ecm))
+def predicted(case: Case, believed: Ecm | None = None) -> Prediction:
+    """The prediction of a case; of an agent whose module is `believed`, if it has another than the world."""
+    return _predicted(case, declared_beliefs(believed or case.ecm))
 
 
 def predicted_without_giving_up(case: Case) -> Prediction:

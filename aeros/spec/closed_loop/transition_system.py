@@ -19,7 +19,7 @@ other (`aeros.spec.model.hold_conditions`).  So every recovery is repeatable, an
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
@@ -30,7 +30,13 @@ from aeros.spec.closed_loop.composed_run import ComposedRun, Role, RunTooLargeEr
 from aeros.spec.closed_loop.giving_up import AgentBeliefs, RunRule
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition, UnsettledError
 from aeros.spec.closed_loop.loop_stops import stop_in_loop
-from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError, recoveries_of, skills_of
+from aeros.spec.closed_loop.loop_variables import (
+    LoopVariables,
+    StateSpaceError,
+    is_quantity,
+    recoveries_of,
+    skills_of,
+)
 from aeros.spec.consequences.consequences import (
     known_definitions,
     uncertain_predicates,
@@ -38,7 +44,6 @@ from aeros.spec.consequences.consequences import (
 )
 from aeros.spec.consequences.durations import may_be_late
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import BOOL
 from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Skill, Task
 from aeros.spec.model.site import Site
 
@@ -119,6 +124,8 @@ class TransitionSystem:
     """
 
     def __init__(self, ecm: Ecm, task: Task, site: Site, beliefs: AgentBeliefs | None = None) -> None:
+        self._with_beliefs = partial(TransitionSystem, ecm, task, site)
+        self._beliefs = beliefs
         ecm = with_consequences(ecm, site)
         self.ecm, self.task = ecm, task
         self.variables = LoopVariables(ecm, task, site)
@@ -182,11 +189,27 @@ class TransitionSystem:
         state = tuple(values[name] for name in self.names)
         return state if self._rule is None else self._rule.begin(state)
 
+    def never_giving_up(self) -> TransitionSystem:
+        """Make the system of an agent that tries until its plans are used up.
+
+        Returns:
+            A system in which success is at least as likely.
+        """
+        return self._with_beliefs()
+
+    def giving_up_soonest(self) -> TransitionSystem:
+        """Make the system of an agent that gives up no later than this one, in whatever state a step failed.
+
+        Returns:
+            A system in which success is at most as likely.
+        """
+        return self._with_beliefs(self._beliefs and replace(self._beliefs, in_any_state=True))
+
     def _run_rule(self, beliefs: AgentBeliefs) -> RunRule:
         measured = [
             place
             for place, (name, one) in enumerate(self.variables.variables.items())
-            if one.type == BOOL and name not in beliefs.hidden and not beliefs.in_any_state
+            if not (is_quantity(one) or name in beliefs.hidden or beliefs.in_any_state)
         ]
         choices = {
             one.name
