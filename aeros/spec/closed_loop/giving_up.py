@@ -248,7 +248,7 @@ class RunRule:
         others = {one for one in history.failures if one[:2] != (here, name)}
         return history._replace(failures=frozenset(others | {(here, name, streak[name])}))
 
-    def gone_on(self, state: tuple[Any, ...]) -> tuple[Any, ...]:
+    def continued(self, state: tuple[Any, ...]) -> tuple[Any, ...]:
         """Take back that the run is given up, as the failed step is done all the same.
 
         Args:

@@ -384,7 +384,7 @@ class TransitionSystem:
         for way, move in [(one, move) for one in able for move in one.moves(node.state, role)]:
             state = move.state
             if self._rule is not None and move.is_failure and not move.is_verdict:
-                state = self._rule.gone_on(state) if self._unless[index](state) else state
+                state = self._rule.continued(state) if self._unless[index](state) else state
             if not move.is_failure or (last and self._unless[index](state)):
                 target = LoopState("try", state, rest)
             elif self._rule is not None and move.is_verdict:

@@ -87,7 +87,7 @@ def compared(name: str, rate: Fraction) -> tuple[Expected, Prediction, Predictio
 
 @pytest.mark.parametrize("rate", ["1/10", "1/2", "9/10"])
 @pytest.mark.parametrize("name", FAILING)
-def test_a_reference_module_is_predicted_whatever_the_manifest_says_and_a_chain_without_the_rule_is_refuted(
+def test_reference_modules_are_predicted_under_a_wrong_manifest_and_a_chain_without_the_rule_is_refuted(
     name: str, rate: str
 ) -> None:
     found, exact, without_the_rule = compared(name, Fraction(rate))
@@ -96,7 +96,7 @@ def test_a_reference_module_is_predicted_whatever_the_manifest_says_and_a_chain_
     assert without_the_rule.success > exact.success
 
 
-def test_a_chain_that_believes_what_happens_is_refuted() -> None:
+def test_a_chain_of_an_agent_with_the_right_manifest_is_refuted() -> None:
     world, believed = paper_case("make_dumplings", Fraction(9, 10))
     assert predicted(world).success > Fraction(9, 10)
     assert predicted(world, believed).success == 1 - Fraction(9, 10) ** 8

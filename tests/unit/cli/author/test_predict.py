@@ -77,7 +77,7 @@ def test_fractions_longer_than_python_writes_are_written() -> None:
     assert found["decimal"] == 0.0
 
 
-def test_what_fails_more_often_than_declared_is_given_up(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_skill_that_fails_more_often_than_declared_is_given_up(capsys: pytest.CaptureFixture[str]) -> None:
     chances = ("--probability", "wipe.wiped=0.1", *SURE)
     # `wipe` declares 5 % of failures, of which six in a row are no chance.
     assert Fraction(predictions(capsys, CLEAN, *chances)["failure"]["exact"]) == Fraction(9, 10) ** 6

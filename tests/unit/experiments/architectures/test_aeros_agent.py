@@ -128,6 +128,6 @@ def test_it_predicts_budgets_of_tries(tries: int, success: Fraction) -> None:
     assert AerosAgent().predict_within(model, "fry", tries).success == Fraction(15, 16)
 
 
-def test_what_is_given_up_is_what_the_agent_believes() -> None:
+def test_the_beliefs_of_the_agent_decide_when_it_gives_up() -> None:
     model = replace(_model(retry=1, replans=10), beliefs=AgentBeliefs({"boil": Fraction(1, 10)}))
     assert AerosAgent().predict(model).success == 1 - Fraction(1, 2) ** 8

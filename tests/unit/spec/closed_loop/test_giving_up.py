@@ -92,7 +92,7 @@ def test_a_run_is_given_up_at_the_failure_that_chance_does_not_explain() -> None
     assert not RULE.has_ended(state)
     state = after(RULE, state, ("look", FAILED))
     assert RULE.has_ended(state)
-    assert not RULE.has_ended(RULE.gone_on(state))
+    assert not RULE.has_ended(RULE.continued(state))
     assert history(state).failures == frozenset()
 
 
