@@ -71,10 +71,16 @@ def test_a_retry_budget_can_be_asked_for(tries: int, exact: str, capsys: pytest.
     assert found["success"]["exact"] == exact
 
 
-def test_fractions_longer_than_python_writes_are_written(capsys: pytest.CaptureFixture[str]) -> None:
-    found = predictions(capsys, CLEAN, "--probability", "wipe.wiped=0.000000001", "--max-replans", "300")
-    assert len(found["success"]["exact"]) > 10_000
-    assert 0 < found["success"]["decimal"] < 1e-5
+def test_fractions_longer_than_python_writes_are_written() -> None:
+    found = _number(Fraction(1, 3**10_000))
+    assert len(found["exact"]) > 4_300
+    assert found["decimal"] == 0.0
+
+
+def test_a_skill_that_fails_more_often_than_declared_is_given_up(capsys: pytest.CaptureFixture[str]) -> None:
+    chances = ("--probability", "wipe.wiped=0.1", *SURE)
+    # `wipe` declares 5 % of failures, of which six in a row are no chance.
+    assert Fraction(predictions(capsys, CLEAN, *chances)["failure"]["exact"]) == Fraction(9, 10) ** 6
 
 
 @pytest.mark.parametrize(
