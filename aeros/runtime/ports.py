@@ -593,7 +593,7 @@ class StepResult:
         is_transient: the step was denied only because of measured values, so it may be allowed later.
         causes: the reason as data, if there is any; of a skill that finished, why actions of it were denied.
         lost_hold: position in `StepRequest.held` of the condition that cancelled it; None if none did.
-        denials: of a step that was denied, number of the denials that no other way made up for.
+        denials: number of actions that did not begin, that no other way made up for and that ended the step.
     """
 
     status: StepStatus

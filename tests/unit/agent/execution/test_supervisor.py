@@ -118,8 +118,8 @@ def test_an_outcome_that_is_not_known_is_a_failure_and_breaks_no_assumption(
 def test_a_declared_failure_after_a_caught_denial_has_both_causes() -> None:
     rule = Cause("rule", "fence", "too near", code="AE750")
     ended = StepResult(StepStatus.FINISHED, "", denied=1, causes=(rule,))
-    judged = assess_step("dumpling", WRAP, ended, world(dumpling_wrapped=False))
-    assert judged.failed
+    judged = assess_step("dumpling", WRAP, ended, world(wrapper_aligned=False, dumpling_wrapped=False))
+    assert judged.outcome == "misaligned"
     assert [one.kind for one in judged.causes] == ["outcome", "rule"]
     assert assess_step("dumpling", WRAP, ended, world(dumpling_wrapped=True)).causes == ()
 

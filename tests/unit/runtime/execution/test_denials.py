@@ -55,7 +55,7 @@ def test_a_skill_that_is_denied_every_way_ends_with_the_reasons_of_all(make_benc
 def test_a_denial_that_another_way_made_up_for_is_no_reason_of_a_later_one(make_bench: MakeBench) -> None:
     bench = make_bench(in_two_ways)
     other = Decision(DecisionKind.DENY, None, (Reason("AE750", "fence", "too near"),))
-    bench.gate.answers = [other, Decision(DecisionKind.ALLOW, act("move", speed=0.1)), DENIAL]
+    bench.gate.answers = [other, Decision(DecisionKind.ALLOW, act("move", speed=0.1), ()), DENIAL]
     result = bench.submit()
     assert (result.status, result.denied, result.denials) == (StepStatus.DENIED, 2, 1)
     assert result.reason == "AE750 workspace: outside"
