@@ -137,7 +137,7 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     pace = inputs["hand_speed"]
     if not (_is_located(observed) and observed["object_free"]):
         return
-    if not _in_reach(observed, observed["object_position"]):
+    if not _in_reach(observed, observed["object_position"]) or observed.get("object_out_of_reach") is True:
         return
     is_free_across = observed.get("object_free_across") is True and not observed["object_lying"]
     # From beside the stand the hand's camera sees the carriage, which shows if it is off.
@@ -351,6 +351,9 @@ def _search(observed: Observation) -> Task:
             break
         yield from _drive(x, y)
         observed = yield act("look", camera="mast")
+        if observed.get("object_detected") is not True:
+            # It may lie where the carriage stood before.
+            observed = yield act("look", camera="aisle_top")
     return (yield from _go_there(observed))
 
 
