@@ -90,6 +90,9 @@ between the pads, which are 20 mm wide, m: the hand keeps so much farther from w
 OVER_WITHIN = 0.03
 """Greatest distance from a place, level, at which the tool is over it, m."""
 
+SAME_STATION = 0.05
+"""Distance of two places of the base below which the arm has the same ways to an object, m."""
+
 STATION_ASIDES = (0.40, -0.40)
 """Distances to the left of an object at which the base stands where no grip was allowed from before, m."""
 
@@ -142,7 +145,7 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     is_free_across = observed.get("object_free_across") is True and not observed["object_lying"]
     # From beside the stand the hand's camera sees the carriage, which shows if it is off.
     yield act("look", camera="hand")
-    stations = (_grip_from(aside, pace) for aside in STATION_ASIDES)
+    stations = (_grip_from(aside, pace) for aside in STATION_ASIDES if _is_elsewhere(observed, aside))
     ends = (_grip_turned(turn, 0.0, pace) for turn in (pi, -pi / 2.0) if turn == pi or is_free_across)
     ways = (*_grips(observed, pace), *stations, *ends)
     observed = yield from first_allowed(observed, *ways)
@@ -172,16 +175,29 @@ def _grip_from(aside: float, pace: float) -> Way:
     def grip(observed: Observation) -> Task:
         if not _is_located(observed):
             return observed
-        x, y, _ = observed["object_position"]
+        u, v = _station(observed, aside)
         observed = yield from _carry(observed, pace)
-        along, across = base_from(x, aside)
-        observed = yield from _drive(min(EASTMOST, x + along), y + across)
+        observed = yield from _drive(u, v)
         observed = yield from _look(observed, pace)
         if not (_is_located(observed) and observed["object_free"]):
             return observed
         return (yield from first_allowed(observed, *_grips(observed, pace)))
 
     return grip
+
+
+def _station(observed: Observation, aside: float) -> tuple[float, float]:
+    """Place (x, y) of the base so far to the left of the object, m."""
+    x, y, _ = observed["object_position"]
+    along, across = base_from(x, aside)
+    return min(EASTMOST, x + along), y + across
+
+
+def _is_elsewhere(observed: Observation, aside: float) -> bool:
+    """Check that the base does not stand there already, as where the floor ends."""
+    u, v = _station(observed, aside)
+    x, y, _ = observed["base_position"]
+    return hypot(u - x, v - y) > SAME_STATION
 
 
 def _grip(observed: Observation, pace: float, turn: float, aside: float = 0.0) -> Task:
