@@ -93,7 +93,7 @@ def find_pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
 def lifted_piece(piece: Piece, base: float) -> Piece:
     """Return a piece that lies on something whose top is at a height of `base`, m."""
     (x, y, _), (shorter, longer, top) = piece.place, piece.sides
-    return piece._replace(place=(x, y, (base + top) / 2.0), sides=(shorter, longer, top - base))
+    return Piece(piece.points, (x, y, (base + top) / 2.0), piece.heading, (shorter, longer, top - base))
 
 
 def choose_piece(
