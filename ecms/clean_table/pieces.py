@@ -90,6 +90,12 @@ def find_pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
         yield Piece(piece, (box.x, box.y, middle), box.longer_heading, (shorter, longer, top))
 
 
+def lifted_piece(piece: Piece, base: float) -> Piece:
+    """Return a piece that lies on something whose top is at a height of `base`, m."""
+    (x, y, _), (shorter, longer, top) = piece.place, piece.sides
+    return Piece(piece.points, (x, y, (base + top) / 2.0), piece.heading, (shorter, longer, top - base))
+
+
 def choose_piece(
     loose: list[Piece], around: list[Points], area: Place, region: str, table: float
 ) -> dict[str, Any]:
