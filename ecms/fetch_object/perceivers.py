@@ -181,13 +181,14 @@ FLOOR = ((WESTMOST, 0.03), (-1.295, 2.595))
 SURVEYED = ("station_survey", "delivery_position")
 """Places of the stands."""
 
-AROUND_STANDS = 0.55
-"""Margin around these places, along x and y, within which the can is looked for, m."""
+AROUND_STANDS = ((-0.80, -0.55), (0.55, 0.55))
+"""Margins of the area around these places, along x and y, in which the can is looked for, m: in the west as far
+as the aisle."""
 
 SEARCH_CELL = 0.08
 """Edge of the squares of floor and stands that are looked over, m: about as large as an object."""
 
-SEARCH_WIDE = ((-0.50, -0.45), (0.25, 0.45))
+SEARCH_WIDE = ((-0.75, -0.45), (0.25, 0.45))
 """Margins of the searched area around the stands' places, along x and y, m: the aisle is part of it."""
 
 SEARCH_AGE = 60.0
@@ -201,7 +202,7 @@ SAME_PLACE = 0.15
 
 SEARCHED_SHARE = 0.98
 """Share of it that was looked over when nothing is there: the rest are single squares that the arm hides. The
-carriage hides 8 %, so the camera over the aisle has to look when it stands elsewhere, too."""
+carriage hides 7 %, so the camera over the aisle has to look when it stands elsewhere, too."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
@@ -429,7 +430,8 @@ def _station_for(surveyed: Place, seen: Place | None, aside: float) -> Place:
     if seen is None:
         return surveyed
     away, off = dist(seen[:2], surveyed[:2]), abs(seen[1] - surveyed[1])
-    if aside == 0.0 and REACH[0] <= away <= REACH[1] and off <= REACH_ASIDE:
+    is_ahead = seen[0] > surveyed[0] and REACH[0] <= away <= REACH[1] and off <= REACH_ASIDE
+    if aside == 0.0 and is_ahead:
         return surveyed
     (west, east), (south, north) = FLOOR
     # Beside an object in the aisle the base stands on the side away from the benches, if there is floor.
@@ -715,7 +717,7 @@ def _searched_area(stands: Points) -> tuple[Points, Points]:
 
 def _is_around(points: Points, places: Points) -> Mask:
     """Find the points (h, w, 3) of a picture that are near the rectangle that places (n, 2) span."""
-    low, high = places.min(axis=0) - AROUND_STANDS, places.max(axis=0) + AROUND_STANDS
+    low, high = places.min(axis=0) + AROUND_STANDS[0], places.max(axis=0) + AROUND_STANDS[1]
     around: Mask = ((points[:, :, :2] > low) & (points[:, :, :2] < high)).all(axis=2)
     return around
 

@@ -28,6 +28,9 @@ CARRY = (0.30, 0.0, 0.36)
 """Tool position while the base drives, relative to the arm's base, m: higher than the stands, and not over
 them, as something may stand there that no picture has shown yet."""
 
+BESIDE = (0.10, 0.50, 0.36)
+"""Tool position beside the base, on either side, by which a hand comes from behind it, relative to it, m."""
+
 ASIDE = (0.30, -0.40, 0.40)
 """Tool position that does not hide the stand from the mast camera, relative to the arm's base, m."""
 
@@ -445,13 +448,22 @@ def _look(observed: Observation, pace: float) -> Task:
 
 
 def _carry(observed: Observation, pace: float) -> Task:
-    """Raise the tool to carrying height, then draw it in."""
+    """Raise the tool to carrying height, then draw it in; from behind the base by way of its side."""
     target = _from_base(observed, CARRY)
     if observed["tool_position"][2] < target[2]:
         x, y, _ = observed["tool_position"]
         raises = (_go((x, y, target[2]), yaw, pace) for yaw in HEADINGS)
         observed = yield from first_allowed(observed, *raises)
-    return (yield from first_allowed(observed, *(_go(target, yaw, pace) for yaw in HEADINGS)))
+    ahead, side, height = BESIDE
+    left = observed["tool_position"][1] - observed["base_position"][1]
+    beside = _from_base(observed, (ahead, copysign(side, left), height))
+
+    def go_round(observed: Observation) -> Task:
+        observed = yield from first_allowed(observed, *(_go(beside, yaw, pace) for yaw in HEADINGS))
+        return (yield from first_allowed(observed, *(_go(target, yaw, pace) for yaw in HEADINGS)))
+
+    ways = [_go(target, yaw, pace) for yaw in HEADINGS]
+    return (yield from first_allowed(observed, *ways, go_round))
 
 
 def _go(place: Place, yaw: float, pace: float) -> Way:
