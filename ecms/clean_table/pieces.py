@@ -91,9 +91,10 @@ def find_pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
 
 
 def lifted_piece(piece: Piece, base: float) -> Piece:
-    """Return a piece that lies on something whose top is at a height of `base`, m."""
+    """Return a piece that lies on something whose top is at a height of `base`, m; its points count from there."""
     (x, y, _), (shorter, longer, top) = piece.place, piece.sides
-    return Piece(piece.points, (x, y, (base + top) / 2.0), piece.heading, (shorter, longer, top - base))
+    points, middle = piece.points - np.array((0.0, 0.0, base)), (x, y, (base + top) / 2.0)
+    return Piece(points, middle, piece.heading, (shorter, longer, top - base))
 
 
 def choose_piece(

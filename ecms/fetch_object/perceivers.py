@@ -141,6 +141,10 @@ SUPPORT_SHARE, SUPPORT_BIN = 0.2, 0.01
 """Least share of the points around an object that are at the height of what it stands on, and the tolerance
 of that height, m."""
 
+TAKEN_WITHIN, TAKEN_HEIGHTS = 0.045, (0.02, 0.20)
+"""Distance from where the object belongs within which another thing leaves it no room, and heights of that over
+the stand, m: the object is put down with its middle at that place, and is 20 mm wide to each side."""
+
 STAND_HALF = (0.12, 0.22)
 """Half of a stand's length and width that is looked at for its height, m."""
 
@@ -471,6 +475,9 @@ def _look(
     mask = _find_kind(picture, points, kind, stands, given)
     lift = None if belongs is None or not is_mast else _stand_lift(points[~mask], belongs)
     values: dict[str, tuple[Any, ...] | None] = {} if lift is None else {"stand_lift": (lift, UNCERTAINTY)}
+    if belongs is not None and is_mast:
+        top = (belongs[0], belongs[1], belongs[2] + (0.0 if lift is None else lift))
+        values["place_taken"] = (_is_taken(points[~mask & _is_off_robot(points, given)], top),)
     if int(mask.sum()) < MIN_PIXELS:
         return values | {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
     found, support = _locate(points[mask], points[~mask], kind)
@@ -713,6 +720,14 @@ def _searched_area(stands: Points) -> tuple[Points, Points]:
     """Return the lowest and the highest corner of the searched area."""
     (left, near), (right, far) = SEARCH_WIDE
     return stands.min(axis=0) + np.array((left, near)), stands.max(axis=0) + np.array((right, far))
+
+
+def _is_taken(points: Points, place: Place) -> bool:
+    """Return True if some of `points` (n, 3) are of a thing that stands at a place on a stand."""
+    x, y, z = place
+    near = np.hypot(points[:, 0] - x, points[:, 1] - y) < TAKEN_WITHIN
+    above = points[:, 2] - z
+    return int((near & (above > TAKEN_HEIGHTS[0]) & (above < TAKEN_HEIGHTS[1])).sum()) >= MIN_PIXELS
 
 
 def _is_around(points: Points, places: Points) -> Mask:

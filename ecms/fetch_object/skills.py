@@ -292,7 +292,13 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     # From here the mast sees the stand: the place relative to the base, not as far as wheels have slipped,
     # and how high it is.
     observed = yield act("look", camera="mast")
+    for _ in range(LOOKS_FOR_ROOM):
+        if observed.get("place_taken") is not True:
+            break
+        observed = yield act("look", camera="mast")
     if "object_place" not in observed or "object_grip_height" not in observed:
+        return
+    if observed.get("place_taken") is True:
         return
     place, grip_height = observed["object_place"], observed["object_grip_height"]
     puts = (_put(place, grip_height, yaw, pace) for yaw in HEADINGS)
