@@ -477,7 +477,8 @@ def _look(
     values: dict[str, tuple[Any, ...] | None] = {} if lift is None else {"stand_lift": (lift, UNCERTAINTY)}
     if belongs is not None and is_mast:
         top = (belongs[0], belongs[1], belongs[2] + (0.0 if lift is None else lift))
-        values["place_taken"] = (_is_taken(points[~mask & _is_off_robot(points, given)], top),)
+        is_taken = _is_taken(points[~mask & _is_off_robot(points, given)], top)
+        values |= {} if is_taken is None else {"place_taken": (is_taken,)}
     if int(mask.sum()) < MIN_PIXELS:
         return values | {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
     found, support = _locate(points[mask], points[~mask], kind)
@@ -722,12 +723,17 @@ def _searched_area(stands: Points) -> tuple[Points, Points]:
     return stands.min(axis=0) + np.array((left, near)), stands.max(axis=0) + np.array((right, far))
 
 
-def _is_taken(points: Points, place: Place) -> bool:
-    """Return True if some of `points` (n, 3) are of a thing that stands at a place on a stand."""
+def _is_taken(points: Points, place: Place) -> bool | None:
+    """Return True if some of `points` (n, 3) are of a thing that stands at a place on a stand.
+
+    None if they show neither such a thing nor the stand, as where the hand is before it.
+    """
     x, y, z = place
     near = np.hypot(points[:, 0] - x, points[:, 1] - y) < TAKEN_WITHIN
     above = points[:, 2] - z
-    return int((near & (above > TAKEN_HEIGHTS[0]) & (above < TAKEN_HEIGHTS[1])).sum()) >= MIN_PIXELS
+    if int((near & (above > TAKEN_HEIGHTS[0]) & (above < TAKEN_HEIGHTS[1])).sum()) >= MIN_PIXELS:
+        return True
+    return False if int((near & (np.abs(above) < TAKEN_HEIGHTS[0])).sum()) >= 4 * MIN_PIXELS else None
 
 
 def _is_around(points: Points, places: Points) -> Mask:
