@@ -91,7 +91,7 @@ def find_pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
 
 
 def lifted_piece(piece: Piece, base: float) -> Piece:
-    """Return a piece that lies on something whose top is at a height of `base`, m; its points count from there."""
+    """Return a piece that lies on something `base` metres high; its points count from there."""
     (x, y, _), (shorter, longer, top) = piece.place, piece.sides
     points, middle = piece.points - np.array((0.0, 0.0, base)), (x, y, (base + top) / 2.0)
     return Piece(points, middle, piece.heading, (shorter, longer, top - base))

@@ -142,8 +142,8 @@ SUPPORT_SHARE, SUPPORT_BIN = 0.2, 0.01
 of that height, m."""
 
 TAKEN_WITHIN, TAKEN_HEIGHTS = 0.045, (0.02, 0.20)
-"""Distance from where the object belongs within which another thing leaves it no room, and heights of that over
-the stand, m: the object is put down with its middle at that place, and is 20 mm wide to each side."""
+"""Distance from where the object belongs within which another thing leaves it no room, and heights of that
+over the stand, m: the object is put down with its middle at that place, and is 20 mm wide to each side."""
 
 STAND_HALF = (0.12, 0.22)
 """Half of a stand's length and width that is looked at for its height, m."""
@@ -186,8 +186,8 @@ SURVEYED = ("station_survey", "delivery_position")
 """Places of the stands."""
 
 AROUND_STANDS = ((-0.80, -0.55), (0.55, 0.55))
-"""Margins of the area around these places, along x and y, in which the can is looked for, m: in the west as far
-as the aisle."""
+"""Margins of the area around these places, along x and y, in which the can is looked for, m: in the west as
+far as the aisle."""
 
 SEARCH_CELL = 0.08
 """Edge of the squares of floor and stands that are looked over, m: about as large as an object."""

@@ -13,7 +13,7 @@ WESTMOST = -0.595
 """Least x of the arm's base, m: 5 mm inside the site's `floor`, too."""
 
 BEHIND = 0.45
-"""Greatest distance of an object behind the base, west of all its places, that it is picked from beside, m."""
+"""Greatest distance of an object west of all places of the base at which it is picked from beside, m."""
 
 STATION_TO_OBJECT = 0.58
 """Distance of the object from the arm's base where the base stands to pick it, m."""

@@ -310,7 +310,11 @@ CUBE_ON_BLOCK = Top(0.452, 0.338, 0.104, (0.02, 0.02), BLUE)
 
 def test_what_lies_on_the_sponge_is_clutter_above_it_and_in_the_way() -> None:
     bare, covered = seen(SPONGE, BLOCK), seen(SPONGE, BLOCK, CUBE_ON_BLOCK)
-    assert (bare["sponge_covered"], bare["wiping_area_clear"], bare["clutter_on_table"]) == (False, True, False)
+    assert (bare["sponge_covered"], bare["wiping_area_clear"], bare["clutter_on_table"]) == (
+        False,
+        True,
+        False,
+    )
     assert (covered["sponge_covered"], covered["wiping_area_clear"]) == (True, False)
     assert covered["clutter_position"] == pytest.approx((0.452, 0.338, 0.084), abs=0.006)
     assert covered["clutter_length"] == pytest.approx(0.04, abs=0.006)

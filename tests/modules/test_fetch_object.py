@@ -704,7 +704,9 @@ def test_beside_what_lies_in_the_west_of_the_aisle_the_base_stands_where_the_flo
     assert hypot(u, v) == pytest.approx(0.58)
 
 
-@pytest.mark.parametrize(("y", "z", "is_out"), [(0.62, -0.26, True), (0.64, -0.26, False), (0.62, 0.14, False)])
+@pytest.mark.parametrize(
+    ("y", "z", "is_out"), [(0.62, -0.26, True), (0.64, -0.26, False), (0.62, 0.14, False)]
+)
 def test_on_the_floor_at_the_benches_an_object_is_out_of_reach(y: float, z: float, is_out: bool) -> None:
     given = {"object_position": (0.3, y, z), "object_seen": True, "object_seen_time": 1.0}
     assert tracked(1.0, base_position=(-0.28, y, 0.0), **given)["object_out_of_reach"] is is_out
