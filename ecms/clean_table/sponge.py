@@ -33,8 +33,8 @@ BLOCK_OVER, BLOCK_PIXELS = 0.02, 20
 sponge's is 34 mm and some 120 pixels."""
 
 BLOCK_HEIGHT, BLOCK_RADIUS, ON_TOP = 0.034, 0.042, 0.015
-"""Height of its block over the foam's top, radius around the foam's middle that the block is in, and least height
-over either of what lies on it, m: a sponge that is 20 % larger has a block that is 7 mm higher."""
+"""Height of its block over the foam's top, radius around the foam's middle that the block is in, and least
+height over either of what lies on it, m: a sponge that is 20 % larger has a block that is 7 mm higher."""
 
 OVERTURNED_FROM = 0.045
 """Height of the foam's top from which a sponge without its block on top lies on another face, m: on its side

@@ -308,7 +308,7 @@ def test_a_sponge_is_overturned_if_it_is_high_and_its_block_is_not_on_top(
 CUBE_ON_BLOCK = Top(0.452, 0.338, 0.104, (0.02, 0.02), BLUE)
 
 
-def test_what_lies_on_the_sponge_is_clutter_above_it_and_in_the_way() -> None:
+def test_a_thing_on_the_sponge_is_clutter_above_it_and_in_the_way() -> None:
     bare, covered = seen(SPONGE, BLOCK), seen(SPONGE, BLOCK, CUBE_ON_BLOCK)
     assert (bare["sponge_covered"], bare["wiping_area_clear"], bare["clutter_on_table"]) == (
         False,
@@ -321,7 +321,7 @@ def test_what_lies_on_the_sponge_is_clutter_above_it_and_in_the_way() -> None:
     assert not covered["clutter_ungraspable"]
 
 
-def test_what_lies_on_the_foam_beside_its_block_is_clutter_too() -> None:
+def test_a_thing_on_the_foam_beside_its_block_is_clutter_too() -> None:
     found = seen(SPONGE, BLOCK._replace(half=(0.02, 0.016)), Top(0.49, 0.34, 0.06, (0.015, 0.03), BLUE))
     assert (found["sponge_covered"], found["clutter_on_table"]) == (True, True)
 

@@ -712,7 +712,7 @@ def test_on_the_floor_at_the_benches_an_object_is_out_of_reach(y: float, z: floa
     assert tracked(1.0, base_position=(-0.28, y, 0.0), **given)["object_out_of_reach"] is is_out
 
 
-def test_what_was_looked_over_before_the_object_was_missed_does_not_count() -> None:
+def test_places_that_were_looked_over_before_the_object_was_missed_do_not_count() -> None:
     watched = Watched("fetch_object", "find_object", {**WANTED, **SURVEY, "base_position": (0.0, 0.2, 0.3)})
     before = watched.see(0.0, draw(ABOVE, [], name="aisle_top"))["object_searched"]
     missed = watched.see(1.0, draw(ABOVE, [], name="mast", time=1.0))["object_searched"]
