@@ -21,7 +21,7 @@ QUICK := not slow and not page and not physics and not deep
 COVERED := 97:aeros/runtime/gate/*.py,aeros/runtime/gate/compiled/*.py 98:aeros/spec/expr/*.py,aeros/spec/expr/typecheck/*.py 98:aeros/spec/obligations/*.py
 # Extras stay in the locks: without `coverage[toml]==…`, pip 23 takes a newer `coverage[toml]`, which has no hash, and fails.
 LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-strip-extras --custom-compile-command 'make lock'
-PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+PIP := $(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check
 
 .PHONY: help install demo clips quick test deep format lint types layers proofs pytest mutation coverage benchmark ros hook tools schemas site dist lock clean
 
@@ -104,7 +104,7 @@ benchmark: $(VENV)/.installed-test ## run one: make benchmark BENCHMARK=verify; 
 
 ros: ## ROS 2 from PyPI in an environment of its own: build the messages, and measure beside rclpy alone
 	@test -x runs/ros/bin/python || $(PYTHON) -m venv runs/ros
-	@runs/ros/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[kinematic]' --editable '.[ros2]'
+	@runs/ros/bin/python -m pip install --no-compile --quiet --disable-pip-version-check --editable '.[kinematic]' --editable '.[ros2]'
 	@runs/ros/bin/aeros ros2-messages
 	@runs/ros/bin/python -m benchmarks.ros2
 

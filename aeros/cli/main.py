@@ -14,10 +14,11 @@ from typing import Final
 
 from aeros.cli.commands import COMMANDS
 from aeros.cli.parsers import parse
-from aeros.cli.terminal import print_diagnostics, safe_streams
+from aeros.cli.terminal.rendering import print_diagnostics
+from aeros.cli.terminal.streams import safe_streams
 from aeros.exit_codes import Exit, UsageError
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
-from aeros.spec.diagnostics.render import escape_invisible, render_all
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.migrations.renamed_options import RENAMED_OPTIONS
 
 _STDERR: Final = 2  # file descriptor
@@ -106,7 +107,7 @@ def _run_command(given: Sequence[str], begin: Callable[[], object] | None) -> in
             begin()
         return int(parsed.command(parsed))
     except UserError as error:
-        print_diagnostics(render_all(error.diagnostics))
+        print_diagnostics(error.diagnostics)
         return Exit.UNDECIDED if isinstance(error, UndecidedError) else Exit.REJECTED
     except UsageError as error:
         print(f"aeros: {error}", file=sys.stderr)

@@ -6,7 +6,8 @@ import argparse
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_line
 from aeros.exit_codes import UsageError
 from aeros.runtime.registry.waiting_modules import WaitingModule
 from aeros.spec.elaborate.module.settings import Setting, configure_command
@@ -122,11 +123,7 @@ def print_settings(settings: Iterable[Setting]) -> None:
     Args:
         settings: the settings of a module.
     """
-    listed = tuple(settings)
-    name_width = max((len(one.name) for one in listed), default=0)
-    value_width = max((len(one.value) for one in listed), default=0)
-    for one in listed:
-        print_line(f"  {one.name:<{name_width}} = {one.value or '?':<{value_width}}  {_reason(one)}".rstrip())
+    print_table([(one.name, f"= {one.value or '?'}", _reason(one)) for one in settings], indent=2)
 
 
 def print_open_settings(module: str, settings: Iterable[Setting]) -> None:

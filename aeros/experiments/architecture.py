@@ -29,6 +29,7 @@ from aeros.agent.planning.task_graph import PlanStep
 from aeros.agent.world.world import WorldModel
 from aeros.distribution import install_command
 from aeros.runtime.ports import Runtime
+from aeros.spec.closed_loop.giving_up import AgentBeliefs
 from aeros.spec.closed_loop.markov_chain import Prediction
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.ecm import Ecm, Task
@@ -194,11 +195,14 @@ class TrialModel:
         ecm: the module as it ran.
         task: the task, one of the module's.
         site: the site.
+        beliefs: failures that an architecture with the module expects, if not those that `ecm` declares: the
+            manifest that it has need not be right about the plant.
     """
 
     ecm: Ecm
     task: Task
     site: Site
+    beliefs: AgentBeliefs | None = None
 
 
 MAX_CALLS: Final = 10_000
@@ -221,6 +225,26 @@ class SelfPredicting(Protocol):
 
         Args:
             model: manifest, task and site of the trial.
+
+        Returns:
+            The probability of success and the expected counts.
+
+        Raises:
+            StateSpaceError: no exact prediction is possible; the message says why.
+        """
+
+
+@runtime_checkable
+class PredictsBudgets(Protocol):
+    """Protocol of architectures that predict their exact results within a budget of tries, too."""
+
+    def predict_within(self, model: TrialModel, counted_skill: str, most_tries: int) -> Prediction:
+        """Predict the results of `pursue` exactly, if the trial ends before one try too many.
+
+        Args:
+            model: manifest, task and site of the trial.
+            counted_skill: the skill whose tries the budget limits.
+            most_tries: number of its tries in the budget.
 
         Returns:
             The probability of success and the expected counts.

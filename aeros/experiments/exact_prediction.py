@@ -30,6 +30,7 @@ from aeros.experiments.architecture import (
     Budget,
     BudgetSpentError,
     CallLimitError,
+    PredictsBudgets,
     RunningStep,
     SelfPredicting,
     TrialModel,
@@ -66,9 +67,11 @@ def predict(
     if budget.seconds is not None:
         raise StateSpaceError("the declared outcomes have no durations that a budget of time could count")
     if isinstance(architecture, SelfPredicting):
-        if budget.tries is not None:
+        if budget.tries is None:
+            return architecture.predict(model)
+        if not isinstance(architecture, PredictsBudgets):
             raise StateSpaceError("the prediction of this architecture knows no budget of tries")
-        return architecture.predict(model)
+        return architecture.predict_within(model, counted_skill, budget.tries)
     total = _ExpectedCounts()
     pending: list[tuple[int, ...]] = [()]
     tables = _ModelTables(model, counted_skill, budget.tries)

@@ -17,6 +17,7 @@ from typing import Any, Final
 from aeros.experiments.architecture import TrialModel
 from aeros.sim.gilbert_elliott import GilbertElliottModel, GilbertElliottProcess, GilbertElliottSampler
 from aeros.sim.symbolic.outcomes import BurstOutcomes, DrawEquivalence, uniform_burst_draw, uniform_draw
+from aeros.spec.closed_loop.giving_up import declared_beliefs
 from aeros.spec.closed_loop.loop_variables import StateSpaceError, recoveries_of
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities, with_skill_probabilities
 from aeros.spec.expr import terms as t
@@ -191,12 +192,18 @@ def add_channel_state(
         skills[one.id] = one
         names.append(one.id)
     ecm = replace(model.ecm, skills=skills, capabilities={**model.ecm.capabilities, name: tuple(names)})
+    known = model.beliefs or declared_beliefs(module_with_failure_rate(model.ecm, settings))
+    beliefs = replace(
+        known,
+        names=dict.fromkeys(names, name),
+        hidden=frozenset({_CHANNEL_IS_BAD.name}),
+    )
     site = replace(
         model.site, state={**model.site.state, _CHANNEL_IS_BAD.name: Declared(_CHANNEL_IS_BAD, shown.span)}
     )
     for is_bad, share in ((False, 1 - channel.bad_state_probability), (True, channel.bad_state_probability)):
         task = replace(model.task, initial={**model.task.initial, _CHANNEL_IS_BAD.name: is_bad})
-        yield share, TrialModel(ecm, task, site)
+        yield share, TrialModel(ecm, task, site, beliefs)
 
 
 def _skill_in_state(skill: Skill, channel: GilbertElliottModel, *, is_bad: bool) -> Skill:

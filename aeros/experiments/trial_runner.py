@@ -78,20 +78,12 @@ class RunProgress:
     Attributes:
         done: trials finished.
         total: trials to run.
-        start_time: `time.monotonic()` at the start, s.
         is_interrupted: True if the user interrupted the run.
     """
 
     done: int
     total: int
-    start_time: float
     is_interrupted: bool = False
-
-    @property
-    def seconds_left(self) -> float | None:
-        """Seconds left at the pace so far; None before the first trial is finished."""
-        spent = time.monotonic() - self.start_time
-        return spent * (self.total - self.done) / self.done if self.done else None
 
 
 class ChunkResult(NamedTuple):
@@ -195,7 +187,7 @@ def run_trials(
     """
     premises = load_inputs(where).digest
     chunks = list(_missing(dict.fromkeys(conditions), seeds, where, premises, store, workers))
-    progress = RunProgress(0, sum(chunk.trials for chunk in chunks), time.monotonic())
+    progress = RunProgress(0, sum(chunk.trials for chunk in chunks))
     on_progress(progress)
     queue, running = iter(chunks), dict[_Answer, Chunk]()
     with InterruptCounter() as interrupted:

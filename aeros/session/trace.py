@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 from collections import deque
 from pathlib import Path
-from textwrap import wrap
 from typing import Final, Self, TextIO
 
 from aeros.agent.execution.journal import AgentEvent
@@ -21,38 +19,6 @@ TRACE: Final = "trace.jsonl"
 
 _LONGEST_ROUND: Final = 6
 """Lines of a round that is folded if it repeats, at most: plan, step and wait are three."""
-
-
-_INDENT: Final = 11
-"""Columns before the text of an event: those of its time."""
-
-
-def broken_for(stream: TextIO, line: str, indent: int) -> str:
-    """Break a line at spaces where it is wider than the terminal.
-
-    Args:
-        stream: for which it is; a stream that is no terminal gets the line as it is.
-        line: text without control characters.
-        indent: columns before the further lines.
-
-    Returns:
-        One line or several.
-    """
-    if not stream.isatty():
-        return line
-    width = max(shutil.get_terminal_size().columns, 2 * indent + 20)
-    if len(line) <= width:
-        return line
-    parts = wrap(
-        line,
-        width,
-        subsequent_indent=" " * indent,
-        break_long_words=False,
-        break_on_hyphens=False,
-        drop_whitespace=True,
-        replace_whitespace=False,
-    )
-    return "\n".join(parts)
 
 
 _MEASURED: Final = re.compile(r"\d+\.\d+")
@@ -169,7 +135,6 @@ class TraceWriter:
     def _print(self, time: float, text: str) -> None:
         if self._stream is not None and text:
             try:
-                line = f"{time:7.2f} s  {escape_invisible(text)}"
-                print(broken_for(self._stream, line, _INDENT), file=self._stream, flush=True)
+                print(f"{time:7.2f} s  {escape_invisible(text)}", file=self._stream, flush=True)
             except OSError:
                 self._stream = None

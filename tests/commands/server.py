@@ -37,6 +37,8 @@ _PRELOADED: Final = (
     "aeros.cli.run.decide",
     "aeros.cli.run.run",
     "aeros.cli.top.top",
+    "rich.console",
+    "rich.table",
     "z3",
 )
 """Modules that most commands import."""

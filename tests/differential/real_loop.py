@@ -40,7 +40,9 @@ class Forgetful(Memory):
     def add_event(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
         pass
 
-    def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
+    def success_record(
+        self, module: str, skill: str, context: str | None = None, until: int | None = None
+    ) -> SuccessRecord:
         return SuccessRecord(0, 0)
 
     def recent_records(self, contexts: Mapping[SkillId, str]) -> Mapping[SkillId, RecentRecord]:
@@ -49,7 +51,9 @@ class Forgetful(Memory):
     def typical_duration(self, module: str, skill: str, code: str = "") -> None:
         return None
 
-    def experience(self, module: str, skill: str, code: str) -> Sequence[ExperiencedEnd]:
+    def experience(
+        self, module: str, skill: str, code: str, until: int | None = None
+    ) -> Sequence[ExperiencedEnd]:
         return ()
 
     def note_sightings(self, sightings: Iterable[Sighting]) -> None:
@@ -103,13 +107,15 @@ def run_with(
     return Run(pursue(ecm, task, runtime), runtime.states)
 
 
-def every_run(ecm: Ecm, task: Task, site: Site, start: Mapping[str, Any]) -> Iterator[tuple[Fraction, Run]]:
-    """Every run there can be, with its probability."""
+def every_run(
+    ecm: Ecm, task: Task, site: Site, start: Mapping[str, Any], world: Ecm | None = None
+) -> Iterator[tuple[Fraction, Run]]:
+    """Every run there can be, with its probability by the module `world`, if not by that of the agent."""
     shares = {
         name: [
             (outcome.id, share) for outcome, share in outcome_probabilities(skill.outcomes.values()) if share
         ]
-        for name, skill in ecm.skills.items()
+        for name, skill in (world or ecm).skills.items()
     }
     script: list[int] = []
     while True:

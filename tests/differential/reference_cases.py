@@ -6,12 +6,14 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
+from aeros.spec.closed_loop.giving_up import AgentBeliefs, declared_beliefs
 from aeros.spec.closed_loop.markov_chain import Prediction, predict
 from aeros.spec.closed_loop.outcome_probabilities import with_skill_probabilities
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.text.discovery import reference_site_path
 from tests.differential.planning.small_tasks import Case
 from tests.differential.planning.tree_expansion import Expected, variables
@@ -49,9 +51,19 @@ def in_small(case: Case) -> Case:
     return replace(case, ecm=ecm, site=replace(case.site, state=state))
 
 
-def predicted(case: Case) -> Prediction:
-    system = TransitionSystem(case.ecm, case.task, case.site)
-    return predict(system, tuple(case.start[name] for name in system.names), case.site.limits.replans)
+def predicted(case: Case, believed: Ecm | None = None) -> Prediction:
+    """The prediction of a case; of an agent whose module is `believed`, if it has another than the world."""
+    return _predicted(case, declared_beliefs(believed or case.ecm))
+
+
+def predicted_without_giving_up(case: Case) -> Prediction:
+    """The prediction of an agent that tries until its plans are used up."""
+    return _predicted(case, None)
+
+
+def _predicted(case: Case, beliefs: AgentBeliefs | None) -> Prediction:
+    system = TransitionSystem(case.ecm, case.task, case.site, beliefs)
+    return predict(system, system.start(case.start), case.site.limits.replans)
 
 
 def as_tuple(prediction: Prediction) -> Expected:

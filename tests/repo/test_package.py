@@ -34,6 +34,7 @@ def test_files_needed_at_run_time_are_part_of_the_package() -> None:
         "docs/codes": "aeros/docs/codes",
         "experiments": "aeros/experiments/data",
         "ecms": "aeros_reference/ecms",
+        "proofs": "aeros_reference/proofs",
     }
     assert _PROJECT["tool"]["hatch"]["build"]["targets"] == {
         "wheel": {"packages": ["aeros"], "force-include": beside}

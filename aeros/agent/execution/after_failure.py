@@ -10,7 +10,6 @@ from aeros.agent.execution.dispatcher import Dispatch, Dispatcher
 from aeros.agent.execution.failure_streak import FailureStreak, quantities_of
 from aeros.agent.execution.repeats import (
     LOOK_AGAIN_PAUSE_S,
-    MOST_NOT_STARTED,
     MOST_OF_A_KIND,
     SECOND_LOOK_PAUSE_S,
     RepeatedFailures,
@@ -19,10 +18,12 @@ from aeros.agent.execution.repeats import (
 from aeros.agent.execution.report import StepRecord
 from aeros.agent.execution.supervisor import StepAssessment
 from aeros.agent.execution.waiting import wait_after_denial, wait_for_condition
+from aeros.agent.memory.experience import expected_failure
 from aeros.agent.memory.store import Memory
 from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime, StepResult, StepStatus
+from aeros.spec.closed_loop.giving_up import MOST_NOT_STARTED
 from aeros.spec.model.cause import Cause
 
 
@@ -46,6 +47,8 @@ class FailureRules:
         self.repeats = RepeatedFailures()
         self.streak = FailureStreak()
         self._verdicts: set[tuple[str, str, str | None]] = set()
+        # Records are those of earlier runs; what fails in this one, `repeats` and `streak` judge.
+        self._last_episode = memory.latest_episode()
 
     def after_step(
         self,
@@ -91,6 +94,7 @@ class FailureRules:
         stops = stops or (is_hopeless and not self._dispatcher.has_another(dispatch))
         if useless:
             self.streak.reset()
+        pause_s = SECOND_LOOK_PAUSE_S if judgement.is_verdict else self._streak_pause_s(pending)
         return AttemptResult(
             record.failed,
             f"{record.reason}; {useless}" if useless else record.reason,
@@ -101,7 +105,7 @@ class FailureRules:
             stops,
             is_repeated=is_repeated,
             is_verdict=is_final,
-            pause_s=LOOK_AGAIN_PAUSE_S if times > 1 else SECOND_LOOK_PAUSE_S if judgement.is_verdict else 0.0,
+            pause_s=LOOK_AGAIN_PAUSE_S if times > 1 else pause_s,
             wait=wait_after_denial(result.causes, self._runtime.site) if result.is_transient else None,
             is_stop=result.status is StepStatus.CANCELLED and is_known,
             is_exhausted=result.denials >= MOST_OF_A_KIND,
@@ -179,19 +183,25 @@ class FailureRules:
             self.streak.succeeded(skill)
         if result.status is not StepStatus.FINISHED or not judgement.failed or judgement.outcome is None:
             return ""
-        record = self._memory.success_record(*skill, dispatch.context)
+        ends = self._memory.experience(*skill, dispatch.code, self._last_episode)
         quantities = quantities_of(after.known, self._runtime.active_modules()[skill[0]].state)
         state, started = beginning.before, beginning.started
-        self.streak.add(skill, dispatch.skill, state, started, record, quantities)
+        self.streak.add(skill, expected_failure(dispatch.skill, ends), state, started, quantities)
         return self.streak.reason_to_stop(skill, state, self._runtime.now())
+
+    def _streak_pause_s(self, pending: PendingAttempt) -> float:
+        request = pending.dispatch.request
+        before = pending.episode_start.before
+        return self.streak.pause((request.module, request.skill), before, self._runtime.now())
 
     def _no_retry_reason(self, dispatch: Dispatch) -> str:
         """Return why memory makes another attempt in this context hopeless; empty if it does not."""
         request = dispatch.request
         records = {option.skill: option.record for option in dispatch.choice.options}
-        records |= {
-            request.skill: self._memory.success_record(request.module, request.skill, dispatch.context)
-        }
+        record = self._memory.success_record(
+            request.module, request.skill, dispatch.context, self._last_episode
+        )
+        records |= {request.skill: record}
         if not all(record.is_hopeless for record in records.values()):
             return ""
         counts = ", ".join(f"`{skill}` {record}" for skill, record in records.items())

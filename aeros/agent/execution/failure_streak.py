@@ -1,20 +1,16 @@
 """Evidence that declared failures are no chance: nothing has changed since, and chance does not explain it.
 
-A *streak* is the declared failures of skills in one measured state, since each of them last succeeded. If
-skill k failed n_k times in it, and had s_k successes and f_k failures in this context before, the probability
-of the streak by chance is
+A *streak* is the declared failures of skills in one measured state, since each of them last succeeded. The
+rule that ends it is `aeros.spec.closed_loop.giving_up`, which predictions follow, too: it needs the numbers
+of failures, and the failures that were expected.
 
-    L = prod over k of prod for i < n_k of (f_k + b_k + i) / (s_k + f_k + a_k + b_k + i)
+Failures after which no quantity of the module had changed, each within its uncertainty, are the same attempt
+at the same thing, and count for all skills together. Of other failures in the state those of one skill count,
+as some may have brought the task on, such as one of many pieces put away.
 
-(Beta-binomial). The declared probability q of failure counts as `PRIOR_TRIES` results: a = 4 (1 - q) and
-b = 4 q. Failures after which no quantity of the module had changed, each within its uncertainty, are the same
-attempt at the same thing, and count for all skills together. Of other failures in the state those of one
-skill count, as some may have brought the task on, such as one of many pieces put away.
-
-With either L below `LEAST_CHANCE`, after `LEAST_FAILURES` of the same step and `LEAST_SECONDS`, trying again
-is of no use: another provider may be, or the run ends. As far as record and declarations are right, chance
-does this to about one streak of a thousand at most. `aeros predict` leaves it out. A resumed run begins a
-new streak.
+Time decides nothing but when the next plan is made: not before the streak has lasted `LEAST_SECONDS`, so that
+what passes by itself, such as somebody's hand before a camera, has passed at the last try. A resumed run
+begins a new streak.
 """
 
 from __future__ import annotations
@@ -22,24 +18,18 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import prod
+from fractions import Fraction
 from typing import Any, Final
 
 from aeros.agent.memory.evidence import SkillId
-from aeros.agent.memory.experience import PRIOR_TRIES
-from aeros.agent.memory.posterior import SuccessRecord
-from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
-from aeros.spec.model.ecm import Skill
+from aeros.spec.closed_loop.giving_up import is_beyond_chance
 from aeros.spec.model.variables import Declared
 
-LEAST_CHANCE: Final = 1e-3
-"""Probability by chance below which a streak has another cause."""
-
-LEAST_FAILURES: Final = 3
-"""Failures of the step in the streak before it can be given up: twice may be a bad look."""
-
 LEAST_SECONDS: Final = 15.0
-"""Plant time that a streak lasts before it can be given up, s: until then little is lost by trying."""
+"""Plant time that a streak lasts before a plan in which it may end, s: until then waiting costs little."""
+
+_LAST_TRIES: Final = 3
+"""Further failures within which a streak may end in the next plan: that of a try and two retries."""
 
 Quantities = Mapping[str, tuple[float, ...]]
 """Measured numbers by the name of their variable, each in units of its uncertainty."""
@@ -66,20 +56,14 @@ def quantities_of(known: Mapping[str, Any], declared: Mapping[str, Declared]) ->
 
 @dataclass(slots=True)
 class _FailedSkill:
-    """A skill in a streak, with its record before the streak and its declared chance of failure.
+    """A skill in a streak, and the failures that were expected of it, as a probability.
 
     `still` counts its failures since a quantity last changed.
     """
 
-    record: SuccessRecord
-    declared_failure: float
+    expected: Fraction
     times: int = 0
     still: int = 0
-
-    def probability(self, times: int) -> float:
-        failures = self.record.failures + PRIOR_TRIES * self.declared_failure
-        tries = self.record.successes + self.record.failures + PRIOR_TRIES
-        return prod((failures + further) / (tries + further) for further in range(times))
 
 
 @dataclass(slots=True)
@@ -102,10 +86,13 @@ class _Streak:
                 skill.still = 0
         self.quantities = quantities
 
-    def probability(self, skill_id: SkillId, *, still: bool) -> float:
+    def is_beyond_chance(self, skill_id: SkillId, *, still: bool, more: int = 0) -> bool:
+        """Tell if chance does not explain the failures, with some more of the skill."""
+        one = self.failed[skill_id]
         if still:
-            return prod(one.probability(one.still) for one in self.failed.values())
-        return self.failed[skill_id].probability(self.failed[skill_id].times)
+            others = [(each.expected, each.still) for each in self.failed.values() if each is not one]
+            return is_beyond_chance(one.still + more, [(one.expected, one.still + more), *others])
+        return is_beyond_chance(one.times + more, [(one.expected, one.times + more)])
 
 
 class FailureStreak:
@@ -131,49 +118,46 @@ class FailureStreak:
     def add(
         self,
         skill_id: SkillId,
-        skill: Skill,
+        expected: Fraction,
         state: Mapping[str, Any],
         started: float,
-        now: SuccessRecord,
         quantities: Quantities,
     ) -> None:
         """Note a declared failure.
 
         Args:
             skill_id: module and id of the skill.
-            skill: its declaration.
+            expected: probability of a failure that was expected, in [0, 1].
             state: predicates as measured before the step.
             started: plant time at which the step started, s.
-            now: its successes and failures in this context, this failure included.
             quantities: as measured after the step.
         """
         streak = self._streaks.setdefault(_key(state), _Streak(started, started, quantities))
         streak.note_quantities(quantities, started)
-        if skill_id not in streak.failed:
-            before = SuccessRecord(now.successes, max(0, now.failures - 1))
-            streak.failed[skill_id] = _FailedSkill(before, _declared_failure(skill))
-        streak.failed[skill_id].times += 1
-        streak.failed[skill_id].still += 1
+        one = streak.failed.setdefault(skill_id, _FailedSkill(expected))
+        one.times += 1
+        one.still += 1
 
-    def probability_by_chance(
-        self, skill_id: SkillId, state: Mapping[str, Any], *, still: bool = True
-    ) -> float:
-        """Compute L.
+    def pause(self, skill_id: SkillId, state: Mapping[str, Any], now: float) -> float:
+        """Say how long to wait before another plan.
 
         Args:
-            skill_id: module and id of the skill.
-            state: predicates.
-            still: of the failures of all skills since a quantity changed; else of all those of the skill.
+            skill_id: module and id of the skill that has just failed.
+            state: predicates as measured before it.
+            now: plant time, s.
 
         Returns:
-            A probability in [0, 1]; 1 if the skill did not fail in the state.
+            Time, s; 0 if the next plan can be made at once.
         """
         streak = self._streaks.get(_key(state))
-        return (
-            1.0
-            if streak is None or skill_id not in streak.failed
-            else streak.probability(skill_id, still=still)
-        )
+        one = None if streak is None else streak.failed.get(skill_id)
+        if (
+            streak is None
+            or one is None
+            or not streak.is_beyond_chance(skill_id, still=True, more=_LAST_TRIES)
+        ):
+            return 0.0
+        return max(0.0, streak.began + LEAST_SECONDS - now)
 
     def reason_to_stop(self, skill_id: SkillId, state: Mapping[str, Any], now: float) -> str:
         """Say why another try of a skill is no use.
@@ -194,26 +178,19 @@ class FailureStreak:
             (True, one.still, streak.still_since),
             (False, one.times, streak.began),
         ):
-            is_long = times >= LEAST_FAILURES and now - began >= LEAST_SECONDS
-            if not is_long or streak.probability(skill_id, still=still) >= LEAST_CHANCE:
+            if not streak.is_beyond_chance(skill_id, still=still):
                 continue
             others = ", ".join(
                 f"`{module}.{skill}` {other.still} times"
                 for (module, skill), other in streak.failed.items()
                 if (module, skill) != skill_id and still and other.still
             )
-            before = f", where it had succeeded in {one.record} tries before" if one.record.successes else ""
             rest = f"; {others} did not help" if others else ""
             change = ", and no measured quantity changed" if still and streak.quantities else ""
             count = f"{times} times in the same measured state in {now - began:.0f} s"
-            return f"it failed {count}{change}{before}{rest}"
+            return f"it failed {count}{change}, where {float(one.expected):.1%} of tries are to fail{rest}"
         return ""
 
 
 def _key(state: Mapping[str, Any]) -> str:
     return json.dumps(dict(state), sort_keys=True)
-
-
-def _declared_failure(skill: Skill) -> float:
-    shares = outcome_probabilities(skill.outcomes.values())
-    return float(sum(share for outcome, share in shares if outcome.failure))

@@ -234,7 +234,7 @@ class PlanExecutor:
             attempt = yield from self._invoke(role, step, scope, at)
         has_failed = attempt.is_retryable
         while self._progress.attempt_count(at) <= step.retry:
-            if not attempt.is_retryable or self._is_done(step):
+            if not attempt.is_retryable or attempt.ends_run or self._is_done(step):
                 break
             if attempt.no_retry_reason and self._attempts.has_planned_in_current_state():
                 why = attempt.no_retry_reason

@@ -16,14 +16,12 @@ from typing import Any, Final
 
 from aeros.agent.execution.waiting import is_about_person
 from aeros.runtime.ports import StepStatus
+from aeros.spec.closed_loop.giving_up import MOST_FINISHED
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.site import Site
 
 MOST_OF_A_KIND: Final = 3
 """Times that a step may fail in the same way before it is not tried again."""
-
-MOST_NOT_STARTED: Final = 2
-"""Times that a plan may begin with a step that cannot start in the state in which the plan was made."""
 
 LOOK_AGAIN_PAUSE_S: Final = 10.0
 """Time that passes before the last try, in plant seconds."""
@@ -98,11 +96,11 @@ class FinishedPlans:
             state: predicates as measured after it.
 
         Returns:
-            True if it was carried out `MOST_OF_A_KIND` times and always left the same state.
+            True if it was carried out `MOST_FINISHED` times and always left the same state.
         """
         key = json.dumps([repr(plan), dict(state)], sort_keys=True)
         self._noted[key] += 1
-        return self._noted[key] >= MOST_OF_A_KIND
+        return self._noted[key] >= MOST_FINISHED
 
     def forget(self) -> None:
         """Begin anew, as somebody has changed something."""

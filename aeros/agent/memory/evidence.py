@@ -62,6 +62,7 @@ def read_success_record(
     skill: str,
     context: str | None = None,
     plant: str | None = None,
+    until: int | None = None,
 ) -> SuccessRecord:
     """Count successes and failures as `Memory.success_record` does.
 
@@ -71,6 +72,7 @@ def read_success_record(
         skill: id of the skill.
         context: context that must agree; None for all contexts.
         plant: plant of the sessions to count; None for all.
+        until: number of the last episode to count; None for all.
 
     Returns:
         The counts.
@@ -79,8 +81,9 @@ def read_success_record(
               FROM episodes JOIN sessions ON sessions.id = session
               WHERE module = :module AND skill = :skill AND counts = 1
               AND (:context IS NULL OR {_AGREES.format(asked=":context")})
-              AND (:plant IS NULL OR plant = :plant)"""  # noqa: S608  a constant
-    asked = {"module": module, "skill": skill, "context": context, "plant": plant}
+              AND (:plant IS NULL OR plant = :plant)
+              AND (:until IS NULL OR episodes.id <= :until)"""  # noqa: S608  a constant
+    asked = {"module": module, "skill": skill, "context": context, "plant": plant, "until": until}
     return SuccessRecord(*database.execute(sql, asked).fetchone())
 
 
@@ -134,7 +137,11 @@ def read_recent_records(
 
 
 def read_experience(
-    database: sqlite3.Connection, module: str, skill: str, origin: tuple[str, str]
+    database: sqlite3.Connection,
+    module: str,
+    skill: str,
+    origin: tuple[str, str],
+    until: int | None = None,
 ) -> list[ExperiencedEnd]:
     """List ends as `Memory.experience` does.
 
@@ -143,6 +150,7 @@ def read_experience(
         module: id of the module.
         skill: id of the skill.
         origin: plant, and digest of the module's code, that must agree.
+        until: number of the last episode to list; None for all.
 
     Returns:
         The ends, newest first.
@@ -150,6 +158,7 @@ def read_experience(
     sql = """SELECT outcome, failed, episodes.ended - started
              FROM episodes JOIN sessions ON sessions.id = session
              WHERE module = ? AND skill = ? AND counts = 1 AND plant = ? AND code = ?
+             AND (? IS NULL OR episodes.id <= ?)
              ORDER BY episodes.id DESC LIMIT ?"""
-    rows = database.execute(sql, (module, skill, *origin, MAX_EXPERIENCED_TRIES))
+    rows = database.execute(sql, (module, skill, *origin, until, until, MAX_EXPERIENCED_TRIES))
     return [ExperiencedEnd(outcome, bool(failed), seconds) for outcome, failed, seconds in rows]

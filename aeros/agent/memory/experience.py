@@ -15,15 +15,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from itertools import groupby
 from statistics import median
 from typing import Final, NamedTuple
 
 from aeros.agent.memory.posterior import FORGETTING
+from aeros.spec.closed_loop.giving_up import (
+    PRIOR_TRIES,
+    AgentBeliefs,
+    failure_probability,
+    is_beyond_chance,
+)
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.model.ecm import Ecm, Skill, owner_of
-
-PRIOR_TRIES: Final = 4
-"""Number of results that the declared probabilities count as."""
 
 MAX_EXPERIENCED_TRIES: Final = 100
 """Number of the latest results of each skill that count; an earlier one would weigh less than 1e-5."""
@@ -86,13 +90,7 @@ def with_experience(ecm: Ecm, source: ExperienceSource) -> Ecm:
         A copy, in which also the skills that it may call of other modules are changed; the module itself if
         nothing is known of any.
     """
-    owners = {ecm.id: ecm, **ecm.foreign.owners}
-    changed = {
-        name: _experienced(skill, ends)
-        for name, skill in ecm.callable_skills.items()
-        for owner, own_name in [owner_of(name, ecm.id)]
-        if (ends := source(owner, own_name, owners[owner].code_digest))
-    }
+    changed = {name: _experienced(skill, ends) for name, skill, ends in _ends_of_skills(ecm, source) if ends}
     if not changed:
         return ecm
     foreign = {name: changed.get(name, skill) for name, skill in ecm.foreign.skills.items()}
@@ -101,6 +99,51 @@ def with_experience(ecm: Ecm, source: ExperienceSource) -> Ecm:
         skills={name: changed.get(name, skill) for name, skill in ecm.skills.items()},
         foreign=replace(ecm.foreign, skills=foreign),
     )
+
+
+def _ends_of_skills(
+    ecm: Ecm, source: ExperienceSource
+) -> Iterator[tuple[str, Skill, Sequence[ExperiencedEnd]]]:
+    owners = {ecm.id: ecm, **ecm.foreign.owners}
+    for name, skill in ecm.callable_skills.items():
+        owner, own_name = owner_of(name, ecm.id)
+        yield name, skill, source(owner, own_name, owners[owner].code_digest)
+
+
+def experienced_beliefs(ecm: Ecm, source: ExperienceSource) -> AgentBeliefs:
+    """Make the beliefs of an agent with a memory about the skills that a module may call.
+
+    Args:
+        ecm: the module as declared.
+        source: reads the ends of a skill.
+
+    Returns:
+        The failures that it expects.
+    """
+    ends_of = _ends_of_skills(ecm, source)
+    return AgentBeliefs({name: expected_failure(skill, ends) for name, skill, ends in ends_of})
+
+
+def expected_failure(skill: Skill, ends: Sequence[ExperiencedEnd]) -> Fraction:
+    """Compute the probability of a failure that an agent expects of a skill.
+
+    Failures in a row that chance does not explain may have had a cause, as may those since the last success.
+    They are left out: a run that meets the same cause again is not to try longer for that.
+
+    Args:
+        skill: its declaration.
+        ends: its ends, newest first.
+
+    Returns:
+        The experienced probability, with the declared one as prior.
+    """
+    declared = failure_probability(skill)
+    kept: list[ExperiencedEnd] = []
+    for failed, group in groupby(ends, key=lambda end: end.failed):
+        several = list(group)
+        if not failed or (kept and not is_beyond_chance(len(several), [(declared, len(several))])):
+            kept += several
+    return failure_probability(_experienced(skill, kept)) if kept else declared
 
 
 def _experienced(skill: Skill, ends: Sequence[ExperiencedEnd]) -> Skill:

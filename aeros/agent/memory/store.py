@@ -197,19 +197,22 @@ class Memory:
         row = self._run("SELECT value, source FROM facts WHERE key = ?", (key,)).fetchone()
         return None if row is None else Fact(json.loads(row[0]), row[1])
 
-    def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
+    def success_record(
+        self, module: str, skill: str, context: str | None = None, until: int | None = None
+    ) -> SuccessRecord:
         """Count the successes and failures of a skill on this plant, without endings that do not count.
 
         Args:
             module: id of the module.
             skill: id of the skill.
             context: context that must agree; None for all contexts.
+            until: number of the last episode to count; None for all.
 
         Returns:
             The counts.
         """
         return self._query(
-            lambda database: read_success_record(database, module, skill, context, self._plant)
+            lambda database: read_success_record(database, module, skill, context, self._plant, until)
         )
 
     def recent_records(self, contexts: Mapping[SkillId, str]) -> Mapping[SkillId, RecentRecord]:
@@ -238,18 +241,22 @@ class Memory:
             lambda database: read_typical_duration(database, module, skill, (self._plant, code))
         )
 
-    def experience(self, module: str, skill: str, code: str) -> Sequence[ExperiencedEnd]:
+    def experience(
+        self, module: str, skill: str, code: str, until: int | None = None
+    ) -> Sequence[ExperiencedEnd]:
         """List the latest ends of a skill on this plant that are evidence; an `ExperienceSource`.
 
         Args:
             module: id of the module.
             skill: id of the skill.
             code: digest of the module's code, which must agree.
+            until: number of the last episode to list; None for all.
 
         Returns:
             The ends, newest first.
         """
-        return self._query(lambda database: read_experience(database, module, skill, (self._plant, code)))
+        origin = (self._plant, code)
+        return self._query(lambda database: read_experience(database, module, skill, origin, until))
 
     def note_sightings(self, sightings: Iterable[Sighting]) -> None:
         """Write what was measured, as far as it is new.

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import add_colour, add_command, add_solver_limits, existing_path
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.terminal import print_coloured, shows_colour
+from aeros.cli.terminal.rendering import painter, print_table
+from aeros.cli.terminal.streams import output_width, print_coloured, print_data
 from aeros.exit_codes import Exit
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.resource_limit import MAX_TIMEOUTS
 from aeros.spec.diagnostics.codes import Severity
-from aeros.spec.diagnostics.render import escape_invisible, render_all, render_json
+from aeros.spec.diagnostics.render import Paint, escape_invisible, render_all, render_json
 from aeros.spec.difference.compare import PolicyDifference, compare, is_site
 from aeros.spec.difference.policy_change import PolicyChange, Relation
 from aeros.spec.text.discovery import reference_site_path
@@ -80,9 +81,9 @@ def _command(arguments: argparse.Namespace) -> Exit:
     oracle = Oracle(arguments.rlimit, seconds=arguments.question_timeout, max_timeouts=MAX_TIMEOUTS)
     difference = compare(old, new, arguments.site or reference_site_path(), oracle, configurations)
     if arguments.format == "json":
-        print(json.dumps(_as_json(difference), indent=1, ensure_ascii=True))
+        print_data(json.dumps(_as_json(difference), indent=1, ensure_ascii=True))
     else:
-        print_coloured(_as_text(difference, colour=shows_colour(sys.stdout, arguments.color)))
+        _print_text(difference, painter(sys.stdout, arguments.color))
     if any(problem.severity is Severity.ERROR for problem in difference.problems):
         return Exit.REJECTED
     if arguments.fail_on and difference.allows_more:
@@ -90,17 +91,14 @@ def _command(arguments: argparse.Namespace) -> Exit:
     return Exit.UNDECIDED if difference.undecided else Exit.SUCCESS
 
 
-def _as_text(difference: PolicyDifference, *, colour: bool) -> str:
+def _print_text(difference: PolicyDifference, paint: Paint | None) -> None:
     changed = [one for one in difference.changes if one.relation is not Relation.EQUAL]
     diagnostics = [*difference.problems, *(diagnostic for one in changed for diagnostic in one.diagnostics)]
-    parts = [render_all(diagnostics, colour=colour)] if diagnostics else []
-    width = max((len(one.subject) for one in changed), default=0)
-    lines = [f"{escape_invisible(one.subject):{width}}  {one.relation.value}" for one in changed]
+    if diagnostics:
+        print_coloured(render_all(diagnostics, paint=paint, width=output_width()))
+    print_table([(escape_invisible(one.subject), one.relation.value) for one in changed])
     if difference.changes:
-        lines.append(
-            f"{len(difference.changes) - len(changed)} of {len(difference.changes)} subjects are equal"
-        )
-    return "\n".join([*parts, *lines])
+        print(f"{len(difference.changes) - len(changed)} of {len(difference.changes)} subjects are equal")
 
 
 def _as_json(difference: PolicyDifference) -> dict[str, Any]:

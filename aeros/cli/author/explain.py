@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aeros.cli.arguments import add_command
+from aeros.cli.terminal.rendering import markdown_text, print_table
+from aeros.cli.terminal.streams import output_width, print_coloured, shows_colour
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.codes import CODES, did_you_mean
 from aeros.spec.diagnostics.render import escape_invisible
@@ -39,7 +41,7 @@ def add_to(commands: Subparsers) -> None:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.code is None:
-        print(codes_by_group())
+        _print_codes()
         return Exit.SUCCESS
     asked = arguments.code.strip()
     slugs = {code.slug: code.id for code in CODES.values()}
@@ -51,21 +53,20 @@ def _command(arguments: argparse.Namespace) -> Exit:
         hint = f"; did you mean `{near}`?" if near else "; `aeros explain` lists all codes"
         print(f"aeros: there is no code `{escape_invisible(asked)}`{hint}", file=sys.stderr)
         return Exit.USAGE
-    print((pages() / f"{found}.md").read_text(encoding="utf-8"), end="")
+    page = (pages() / f"{found}.md").read_text(encoding="utf-8")
+    if sys.stdout.isatty():
+        print_coloured(markdown_text(page, output_width() or 0, colour=shows_colour(sys.stdout)))
+    else:
+        print(page, end="")
     return Exit.SUCCESS
 
 
-def codes_by_group() -> str:
-    """List every code with its summary, by group.
-
-    Returns:
-        The list as lines.
-    """
-    rows: list[str] = []
-    for group in dict.fromkeys(code.group for code in CODES.values()):
-        rows += ["", group] if rows else [group]
-        rows += [f"  {one.id}  {one.slug:24}  {one.summary}" for one in CODES.values() if one.group == group]
-    return "\n".join(rows)
+def _print_codes() -> None:
+    """Print every code with its summary, by group."""
+    for place, group in enumerate(dict.fromkeys(code.group for code in CODES.values())):
+        print(f"\n{group}" if place else group)
+        rows = [(one.id, one.slug, one.summary) for one in CODES.values() if one.group == group]
+        print_table(rows, indent=2)
 
 
 def pages() -> Traversable:

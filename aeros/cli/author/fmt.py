@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.file_changes import is_pinned, replace_text, unified_diff
-from aeros.cli.terminal import print_diagnostics
+from aeros.cli.terminal.rendering import print_diagnostics
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import open_regular
 from aeros.spec.diagnostics.errors import InternalError, UserError
 from aeros.spec.diagnostics.grammar import counted
-from aeros.spec.diagnostics.render import escape_invisible, render_all
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.migrations import formats
 from aeros.spec.migrations.rewriting import format_of
@@ -236,7 +237,7 @@ def _format_standard_input(arguments: argparse.Namespace) -> Exit:
 def _print_problem(name: str, error: Exception) -> Exit:
     """Print why a file is left as it is, and return the exit code."""
     if isinstance(error, UserError):
-        print_diagnostics(render_all(error.diagnostics))
+        print_diagnostics(error.diagnostics)
         return Exit.REJECTED
     if isinstance(error, LayoutRefusedError):
         place, reason = str(error.span), error.reason
@@ -256,7 +257,7 @@ def _print_change(found: _FormattedFile, arguments: argparse.Namespace) -> None:
         return
     if arguments.diff:
         for line in unified_diff(found.before, found.after, str(found.path)).split("\n")[:-1]:
-            print(escape_invisible(line))
+            print_data(escape_invisible(line))
     elif arguments.check or not arguments.quiet:
         print(f"{'would format' if arguments.check else 'formatted'} {_shown(found.path)}")
 

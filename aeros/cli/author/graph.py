@@ -12,6 +12,7 @@ from aeros.apps.drawings.drawing import Diagram, Edge, Node, dot, mermaid, svg
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import add_module, read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, UsageError
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
@@ -82,7 +83,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
             except StateSpaceError as why:
                 print(f"aeros: the closed loop of `{task.id}` cannot be drawn: {why}", file=sys.stderr)
                 return Exit.REJECTED
-    print(_FORMATS[arguments.format](drawing), end="")
+    print_data(_FORMATS[arguments.format](drawing), end="")
     return Exit.SUCCESS
 
 

@@ -19,7 +19,7 @@ from aeros.cli.arguments import add_command, existing_path, parse_seed, print_wa
 from aeros.cli.author.look_report import as_json, text_lines
 from aeros.cli.author.module_argument import add_module
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import make_folder
 from aeros.runtime.gate.configuration import Configuration
@@ -153,7 +153,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     saved = list(_save(arguments.save, found.pictures.values())) if arguments.save is not None else []
     title = f"{asked.module.id}: scene {asked.scene.name}, seed {arguments.seed}, plant {arguments.plant}"
     if arguments.format == "json":
-        print(as_json(found, asked.module.id, asked.scene.name, saved))
+        print_data(as_json(found, asked.module.id, asked.scene.name, saved))
     else:
         for line in (title, *text_lines(found), *saved):
             print_line(line)

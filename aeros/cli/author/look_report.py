@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from aeros.agent.world.values import to_json_value
 from aeros.apps.look.looking import DefinedValue, Look, PerceiverLook, SeenValue
+from aeros.cli.terminal.rendering import table_lines
 from aeros.runtime.ports import Reading
 from aeros.spec.expr.units import Unit, to_unit
 from aeros.spec.model.site import Site
@@ -29,9 +30,9 @@ def text_lines(found: Look) -> Iterator[str]:
         yield from _perceiver_lines(one, found)
     if found.definitions:
         yield "definitions"
-        width = _width([one.seen for one in found.definitions])
-        for defined in found.definitions:
-            yield f"  {_value_line(defined.seen, width)}"
+        lines = table_lines([_value_row(one.seen) for one in found.definitions], width=None, indent=2)
+        for defined, line in zip(found.definitions, lines, strict=True):
+            yield line
             yield f"    {' '.join(defined.text.split())}{_parts_text(defined, found.site)}"
 
 
@@ -100,19 +101,14 @@ def _perceiver_lines(one: PerceiverLook, found: Look) -> Iterator[str]:
     yield f"{one.perceiver.id}{seen}{f'  ({one.seconds * 1000.0:.0f} ms)' if one.seconds else ''}"
     if one.fault:
         yield f"  gave no values: {one.fault}"
-    width = _width(one.values)
-    yield from (f"  {_value_line(value, width)}" for value in one.values)
-
-
-def _width(values: Sequence[SeenValue]) -> int:
-    return max((len(_short(one)) for one in values), default=0)
+    yield from table_lines(map(_value_row, one.values), width=None, indent=2)
 
 
 def _short(one: SeenValue) -> str:
     return one.declared.name.partition(".")[2]
 
 
-def _value_line(one: SeenValue, width: int) -> str:
+def _value_row(one: SeenValue) -> tuple[str, str]:
     unit = one.declared.unit
     parts = [_quantity(one.value, unit) if one.value is not None else "unknown"]
     if isinstance(one.uncertainty, int | float):
@@ -123,7 +119,7 @@ def _value_line(one: SeenValue, width: int) -> str:
         parts.append(f"({one.reason})")
     if one.truth is not None:
         parts.append(f" truth {_truth_text(one)}{', DIFFERS' if one.is_false else ''}")
-    return f"{_short(one):<{width}}  {' '.join(parts)}"
+    return _short(one), " ".join(parts)
 
 
 def _truth_text(one: SeenValue) -> str:

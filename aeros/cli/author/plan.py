@@ -20,7 +20,8 @@ from aeros.agent.world.values import to_exact, to_json_value
 from aeros.apps.goal import parse_goal, parse_value
 from aeros.cli.arguments import add_command, add_module_folders, existing_path, print_warning
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.rendering import table_lines
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import make_folder
 from aeros.runtime.registry.folder_modules import FolderModules, default_modules, uses_installed_modules
@@ -201,7 +202,10 @@ def _command(arguments: argparse.Namespace) -> Exit:
             code, found["reason"] = Exit.REJECTED, explain_no_plan(strategy)
     except PlanUndecidedError as why:
         code, found["reason"] = Exit.UNDECIDED, str(why)
-    print(json.dumps(found, indent=1) if arguments.format == "json" else _as_text(found))
+    if arguments.format == "json":
+        print_data(json.dumps(found, indent=1))
+    else:
+        print(_as_text(found))
     return code
 
 
@@ -245,7 +249,7 @@ def capability_providers(modules: Mapping[str, Ecm]) -> dict[str, tuple[str, ...
 def _check_result(steps: tuple[str, ...], problems: list[str], form: str) -> Exit:
     if form == "json":
         found = {"schema": CHECK_SCHEMA, "steps": steps, "accepted": not problems, "problems": problems}
-        print(json.dumps(found, indent=1))
+        print_data(json.dumps(found, indent=1))
     else:
         accepted = (
             f"accepted  {counted(len(steps), 'step')}; the goal stays reachable after every declared outcome"
@@ -302,12 +306,13 @@ def _start(
 
 def _as_text(found: Mapping[str, Any]) -> str:
     start = ", ".join(f"{name} = {_format_value(value)}" for name, value in found["start"].items())
-    lines = [f"goal   {found['goal']}", f"start  {start}" if start else "start  as measured"]
+    rows = [("goal", found["goal"]), ("start", start or "as measured")]
     if found["reason"] is not None:
-        lines.append(f"none   {found['reason']}")
+        rows.append(("none", found["reason"]))
     elif not found["plan"]:
-        lines.append("plan   nothing to do: the goal holds")
-    else:
+        rows.append(("plan", "nothing to do: the goal holds"))
+    lines = table_lines(rows, width=None)
+    if found["reason"] is None and found["plan"]:
         lines += ["plan", *_format_parts(found["plan"], "  ")]
         lines.append(
             f"proved the goal can be reached from each of the {found['states']} states that declared "

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal, localcontext
 from fractions import Fraction
@@ -14,15 +14,17 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.agent.agent import MEMORY_FILE
 from aeros.agent.errors import AgentError
-from aeros.agent.memory.experience import with_experience
+from aeros.agent.memory.experience import experienced_beliefs, with_experience
 from aeros.agent.memory.queries import open_memory_reader
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import add_module, read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import plant_name
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.sim.symbolic.state import initial_values
-from aeros.spec.closed_loop.invocation import State
+from aeros.spec.closed_loop.giving_up import AgentBeliefs, declared_beliefs
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.markov_chain import InexactError, predict
 from aeros.spec.closed_loop.outcome_probabilities import with_retries, with_skill_probabilities
@@ -63,6 +65,10 @@ a predicate at either value, only the success is bounded.  A run starts from the
 plant: the task's `initial`, everything else false.  With --probability the other outcomes of the skill keep
 their proportions.  With --from-memory, probabilities are what the agent experienced with this code on that
 plant, four results of each skill being as declared.  The module is not proved; use `aeros verify`.
+
+The agent gives up failures in one state that chance does not explain, and so does the prediction.  Chance is
+what the module declares, or with --from-memory what was experienced, whatever --probability says.  So a
+skill that declares 10 % of failures and fails in 90 % is given up at its eighth failure in a row.
 
 examples:
   aeros predict ecms/make_dumplings                                as declared, with the site's re-plans
@@ -167,30 +173,33 @@ def _command(arguments: argparse.Namespace) -> Exit:
             raise UsageError(
                 f"`--max-retries {skill}={retries}`: {site.id} allows at most {site.limits.retries}"
             )
+    beliefs = declared_beliefs(found)
     if arguments.from_memory is not None:
-        found = _experienced(found, arguments.from_memory, arguments.plant)
+        found, beliefs = _experienced(found, arguments.from_memory, arguments.plant)
     try:
         ecm, tasks = _apply_overrides(found, chosen, arguments)
     except MisuseError as error:
         raise UsageError(str(error)) from error
     replans = site.limits.replans if arguments.max_replans is None else arguments.max_replans
-    predictions = [_prediction_json(ecm, task, site, replans) for task in tasks]
+    predictions = [_prediction_json(ecm, task, site, replans, beliefs) for task in tasks]
     if arguments.format == "json":
-        print(json.dumps({"schema": SCHEMA, "predictions": predictions}, indent=1))
+        print_data(json.dumps({"schema": SCHEMA, "predictions": predictions}, indent=1))
     else:
-        print("\n\n".join(_as_text(one) for one in predictions))
+        for place, one in enumerate(predictions):
+            _print_text(one, is_first=not place)
     return Exit.SUCCESS
 
 
-def _experienced(ecm: Ecm, folder: Path, plant: str) -> Ecm:
-    """Give the module the probabilities and durations that are remembered.
+def _experienced(ecm: Ecm, folder: Path, plant: str) -> tuple[Ecm, AgentBeliefs]:
+    """Give the module the probabilities and durations that are remembered, and the agent its beliefs.
 
     Raises:
         UsageError: There is no memory that can be trusted.
     """
     try:
         with open_memory_reader(folder / MEMORY_FILE) as memory:
-            return with_experience(ecm, memory.experience_on(plant))
+            source = memory.experience_on(plant)
+            return with_experience(ecm, source), experienced_beliefs(ecm, source)
     except AgentError as refusal:
         raise UsageError(str(refusal)) from refusal
 
@@ -207,17 +216,16 @@ def _apply_overrides(
     ]
 
 
-def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str, Any]:
+def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int, beliefs: AgentBeliefs) -> dict[str, Any]:
     """Compute a prediction as JSON.
 
     Raises:
         UserError: The task has no prediction.
     """
     try:
-        system = TransitionSystem(ecm, replace(task, invariants=()), site)
+        system = TransitionSystem(ecm, replace(task, invariants=()), site, beliefs)
         values = initial_values(site, with_defined_predicates(to_doubles(task.start), known_definitions(ecm)))
-        start = tuple(values[name] for name in system.names)
-        prediction = _found_json(system, start, replans)
+        prediction = _found_json(system, values, replans)
     except StateSpaceError as why:
         headline = f"nothing can be predicted of `{task.id}`: {why}"
         raise UserError([Diagnostic("AE803", headline, SpanLabel(task.span))]) from why
@@ -226,25 +234,30 @@ def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str
         "task": task.id,
         "site": site.id,
         "replans_at_most": replans,
-        "start": dict(zip(system.names, start, strict=True)),
+        "start": {name: values[name] for name in system.names},
         **prediction,
     }
 
 
-def _found_json(system: TransitionSystem, start: State, replans: int) -> dict[str, Any]:
+def _found_json(system: TransitionSystem, values: Mapping[str, Any], replans: int) -> dict[str, Any]:
     """Predict exactly, or else bound the success.
+
+    The order of parallel branches decides, too, in which state a step failed. So the upper bound is that of
+    an agent that never gives up, and the lower one that of an agent that gives up no later than this one.
 
     Raises:
         StateSpaceError: The chain is too large.
     """
     try:
-        prediction = predict(system, start, replans)
+        prediction = predict(system, system.start(values), replans)
     except InexactError as why:
-        bounds = bound_success(system, start, replans)
+        soonest, never = system.giving_up_soonest(), system.never_giving_up()
+        at_least = bound_success(soonest, soonest.start(values), replans).at_least
+        at_most = bound_success(never, never.start(values), replans).at_most
         return {
             "reason": str(why),
-            "success_at_least": _number(bounds.at_least, ROUND_FLOOR),
-            "success_at_most": _number(bounds.at_most, ROUND_CEILING),
+            "success_at_least": _number(at_least, ROUND_FLOOR),
+            "success_at_most": _number(at_most, ROUND_CEILING),
         }
     return {
         "failure": _number(1 - prediction.success),
@@ -264,17 +277,19 @@ def _number(value: Fraction, rounding: str | None = None) -> dict[str, Any]:
     return {"exact": parts[0] if parts[1] == "1" else "/".join(parts), "decimal": decimal}
 
 
-def _as_text(one: dict[str, Any]) -> str:
+def _print_text(one: dict[str, Any], *, is_first: bool) -> None:
+    if not is_first:
+        print()
     start = ", ".join(f"{name} = {str(value).lower()}" for name, value in one["start"].items())
-    lines = [
-        f"{one['module']}.{one['task']} at {one['site']}, at most {one['replans_at_most']} re-plans",
-        f"from {start}",
-        *(f"{label:<22}  {_format_number(one[name])}" for name, label in _LABELS.items() if name in one),
-        *([f"bounds only: {one['reason']}"] if "reason" in one else []),
-    ]
-    return "\n".join(map(escape_invisible, lines))
+    head = f"{one['module']}.{one['task']} at {one['site']}, at most {one['replans_at_most']} re-plans"
+    print_line(escape_invisible(head))
+    print_line(escape_invisible(f"from {start}"))
+    print_table([(label, *_number_cells(one[name])) for name, label in _LABELS.items() if name in one])
+    if "reason" in one:
+        print_line(escape_invisible(f"bounds only: {one['reason']}"))
 
 
-def _format_number(number: dict[str, Any]) -> str:
-    shown = f"{number['decimal']:<18.15g}"
-    return f"{shown}  = {number['exact']}" if len(number["exact"]) <= _LONGEST_FRACTION else shown.rstrip()
+def _number_cells(number: dict[str, Any]) -> tuple[str, str]:
+    """Return the decimal of a number, and its fraction where that is short."""
+    exact = number["exact"]
+    return f"{number['decimal']:.15g}", f"= {exact}" if len(exact) <= _LONGEST_FRACTION else ""

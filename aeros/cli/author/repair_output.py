@@ -15,6 +15,7 @@ from aeros.cli.author.proved_repairs import (
     find_proved_repairs,
     find_site_repairs,
 )
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, exit_for
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.render import escape_invisible
@@ -33,10 +34,10 @@ def print_repairs(report: Report, verify: Verify) -> Exit:
     """
     repaired = find_proved_repairs(report, verify)
     for one in repaired:
-        print(one.unified_diff(), end="")
+        print_data(one.unified_diff(), end="")
     site = find_site_repairs(report)
     if site is not None:
-        print(site.unified_diff(), end="")
+        print_data(site.unified_diff(), end="")
     summary = "\n".join([_summary("would repair", report, repaired), *_about_site("above", site)])
     print(summary, file=sys.stderr)
     return Exit.REJECTED if site is not None else exit_for(report.conclusion)

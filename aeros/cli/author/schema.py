@@ -8,6 +8,7 @@ from importlib import resources
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
 from aeros.spec.declared.json_schema import FILES, json_schema_of
 
@@ -43,7 +44,7 @@ def add_to(commands: Subparsers) -> None:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     schema = report_schema() if arguments.name == _REPORT else json_schema_of(arguments.name)
-    print(json.dumps(schema, indent=2, ensure_ascii=True))
+    print_data(json.dumps(schema, indent=2, ensure_ascii=True))
     return Exit.SUCCESS
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.apps.site_listing import as_json, as_text, site_tables
 from aeros.cli.arguments import add_command, existing_path
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.registry.installed import InstalledModules
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -73,7 +73,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         print_line(f"no table has such a word in its title; there are {titles}")
         return Exit.USAGE
     if arguments.format == "json":
-        print(json.dumps({"id": declared.id.value, **as_json(chosen)}, indent=2))
+        print_data(json.dumps({"id": declared.id.value, **as_json(chosen)}, indent=2))
         return Exit.SUCCESS
     print_line(f"{declared.id.value}: {declared.description.value}")
     for line in as_text(chosen).splitlines():

@@ -27,15 +27,16 @@ from aeros.cli.arguments import (
 from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.cli.author.reports.text import TextDetail, as_text
 from aeros.cli.author.scene_checks import add_scene_warnings
-from aeros.cli.help_text import screen_width
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.terminal import print_coloured, print_diagnostics, show_progress, shows_colour
+from aeros.cli.terminal.progress import ProgressLine
+from aeros.cli.terminal.rendering import painter, print_diagnostics
+from aeros.cli.terminal.streams import end_progress, output_width, print_coloured, print_data
 from aeros.exit_codes import Exit, UsageError, exit_for
 from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
 from aeros.spec.diagnostics.errors import DisagreementError, UserError
 from aeros.spec.diagnostics.grammar import counted
-from aeros.spec.diagnostics.render import escape_invisible, render_all
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.text.discovery import reference_site_path
@@ -156,7 +157,7 @@ def _watch(arguments: argparse.Namespace) -> Exit:
             try:
                 _verify_once(arguments)
             except UserError as error:
-                print_diagnostics(render_all(error.diagnostics))
+                print_diagnostics(error.diagnostics)
             print(f"\nwatching {counted(len(known), 'file')}; Ctrl-C ends", flush=True)
             known = wait_for_change(watched, known)
             print(f"\n{time.strftime('%H:%M:%S')}  a file changed")
@@ -178,7 +179,7 @@ def _verify_once(arguments: argparse.Namespace) -> Exit:
             summary, is_changed = write_repairs(report, lambda folders: _verify_briefly(arguments, folders))
             report = _verify(arguments) if is_changed else report
     except DisagreementError as error:
-        print_diagnostics(_disagreement(error))
+        print_coloured(_disagreement(error), sys.stderr)
         return Exit.INTERNAL_ERROR
     locks = [] if arguments.no_lock else _update_certificates(report, arguments)
     result = VerifyResult(add_scene_warnings(report), tuple(locks))
@@ -189,7 +190,7 @@ def _verify_once(arguments: argparse.Namespace) -> Exit:
     if in_text:
         _print_text(result, arguments)
     else:
-        print(as_asked(result))
+        print_data(as_asked(result))
     if summary:
         print(summary, file=sys.stdout if in_text else sys.stderr)
     stale = any(problem.diagnostic.severity is Severity.ERROR for problem in locks)
@@ -238,10 +239,14 @@ def _verify_briefly(arguments: argparse.Namespace, folders: Sequence[Path]) -> R
 
 
 def _verify(arguments: argparse.Namespace) -> Report:
-    progress: Progress = _progress if sys.stderr.isatty() and not arguments.quiet else lambda _: None
+    progress: Progress = (lambda _: None) if arguments.quiet else _shown_progress()
     second = _second_solver(arguments)
     # Proofs make almost no reference cycles: to look for them takes some hundredths of a run.
-    with _no_cycle_search(), nullcontext() if arguments.no_cache else open_default_store() as store:
+    with (
+        _no_cycle_search(),
+        nullcontext() if arguments.no_cache else open_default_store() as store,
+        _ended_progress(),
+    ):
         return verify(
             arguments.paths,
             arguments.site or reference_site_path(),
@@ -268,12 +273,21 @@ def _no_cycle_search() -> Iterator[None]:
             gc.enable()
 
 
+@contextmanager
+def _ended_progress() -> Iterator[None]:
+    """Show no progress after the block, while `--watch` waits for a change."""
+    try:
+        yield
+    finally:
+        end_progress()
+
+
 def _print_text(result: VerifyResult, arguments: argparse.Namespace) -> None:
     """Print the report in as much detail as asked for."""
     detail = TextDetail.VERBOSE if arguments.verbose else TextDetail.USUAL
     detail = TextDetail.QUIET if arguments.quiet else detail
-    width = screen_width() if sys.stdout.isatty() else None
-    text = as_text(result, colour=shows_colour(sys.stdout, arguments.color), detail=detail, width=width)
+    paint = painter(sys.stdout, arguments.color)
+    text = as_text(result, paint=paint, detail=detail, width=output_width())
     if text:
         print_coloured(text)
 
@@ -331,8 +345,9 @@ def _write_report(path: Path, text: str) -> bool:
     return True
 
 
-def _progress(name: str) -> None:
-    show_progress(f"proving {escape_invisible(name)} …")
+def _shown_progress() -> Progress:
+    line = ProgressLine()
+    return lambda name: line.show(f"proving {escape_invisible(name)}")
 
 
 def _update_certificates(report: Report, arguments: argparse.Namespace) -> list[LocatedDiagnostic]:

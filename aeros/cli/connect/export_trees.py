@@ -11,6 +11,7 @@ from aeros.apps.trees.tree_export import UnexportableError, export_tree
 from aeros.cli.arguments import add_command, existing_path, writable_path
 from aeros.cli.author.module_argument import add_module, read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
 from aeros.files import replace_durably
 from aeros.spec.model.composition import handler_cycle
@@ -77,7 +78,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         print(f"aeros: `{composition.id}` cannot be exported: {error}", file=sys.stderr)
         return Exit.REJECTED
     if arguments.output is None:
-        print(text, end="")
+        print_data(text, end="")
     else:
         replace_durably(arguments.output, text.encode(), is_private=False)
     return Exit.SUCCESS

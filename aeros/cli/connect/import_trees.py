@@ -15,6 +15,7 @@ from aeros.apps.trees.library import collect_trees, leaf_names
 from aeros.apps.trees.tree_import import ImportedTree, NodeReport, import_tree
 from aeros.apps.trees.tree_xml import TreeFileError, read_tree_files
 from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import replace_durably
 from aeros.spec.diagnostics.codes import did_you_mean
@@ -106,7 +107,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     name = identifier(arguments.name or tree)
     text = "" if found.part is None else composition_text(name, f"the behaviour tree {tree}", found.part)
     if arguments.format == "json":
-        print(json.dumps(_report(found, tree, name), indent=2))
+        print_data(json.dumps(_report(found, tree, name), indent=2))
     else:
         for one in found.reports:
             print(escape_invisible(_line(one)), file=sys.stderr)
@@ -117,7 +118,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.into is not None:
         return _add_to_module(arguments.into, name, text)
     if arguments.format == "text":
-        print(f"compositions:\n{text}", end="")
+        print_data(f"compositions:\n{text}", end="")
     return Exit.SUCCESS
 
 

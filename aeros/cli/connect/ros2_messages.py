@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from aeros.apps.ros2.message_build import MessageBuildError, build_messages, cache_folder
 from aeros.cli.arguments import add_command
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.streams import print_line
 from aeros.exit_codes import Exit
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.cli.arguments import add_command, existing_path, writable_path
 from aeros.cli.setting_defaults import inner_parsers
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         if action.type in (existing_path, writable_path, Path):
             # shtab looks for this attribute; argparse has no place for it.
             action.complete = shtab.FILE  # type: ignore[attr-defined]
-    print(shtab.complete(parser, shell=arguments.shell))
+    print_data(shtab.complete(parser, shell=arguments.shell))
     return Exit.SUCCESS
 
 

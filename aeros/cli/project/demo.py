@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from aeros.cli.arguments import add_command
 from aeros.cli.plant_argument import best_plant
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.streams import print_line
 from aeros.exit_codes import Exit
 from aeros.spec.text.discovery import reference_modules_path, reference_site_path
 

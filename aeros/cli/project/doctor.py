@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 import json
-from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import aeros
 from aeros.cli.arguments import add_command
-from aeros.cli.help_text import screen_width
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from aeros.apps.installation import InstalledPart
 
@@ -46,19 +46,15 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.format == "json":
         rows = [{**one._asdict(), "state": one.state.value} for one in parts]
         report = {"schema": "aeros/installation/1", "aeros": aeros.__version__, "parts": rows}
-        print(json.dumps(report, indent=2))
+        print_data(json.dumps(report, indent=2))
     else:
-        print("\n".join(_lines(parts, screen_width())))
+        print(f"aeros {aeros.__version__}")
+        print_table(row for one in parts for row in _rows(one))
     return Exit.REJECTED if any(one.state is PartState.BROKEN for one in parts) else Exit.SUCCESS
 
 
-def _lines(parts: Sequence[InstalledPart], width: int) -> Iterator[str]:
-    yield f"aeros {aeros.__version__}"
-    column = 2 + max(len(one.name) for one in parts)
-    indent = " " * (column + 11)
-    for one in parts:
-        head = f"{one.name:{column}}{one.state.value:11}"
-        texts = [one.found] + ([f"gives: {one.gives}", f"cure: {one.cure}"] if one.cure else [])
-        lines = [line for text in texts for line in wrap(text, max(20, width - len(indent)))]
-        yield head + lines[0]
-        yield from (indent + line for line in lines[1:])
+def _rows(one: InstalledPart) -> Iterator[tuple[str, str, str]]:
+    yield one.name, one.state.value, one.found
+    if one.cure:
+        yield "", "", f"gives: {one.gives}"
+        yield "", "", f"cure: {one.cure}"

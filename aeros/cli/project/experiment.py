@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
 from importlib import import_module
@@ -13,7 +12,9 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command, available_cpus, existing_path, process_count
-from aeros.cli.terminal import print_line, show_progress
+from aeros.cli.terminal.progress import ProgressLine
+from aeros.cli.terminal.rendering import print_labelled, print_table
+from aeros.cli.terminal.streams import print_line
 from aeros.distribution import install_command
 from aeros.exit_codes import Exit, UsageError
 from aeros.experiments.architecture import load_class
@@ -44,11 +45,6 @@ examples:
   aeros experiment 4 8 --architecture my_package.my_module:MyArchitecture --plant symbolic
   aeros experiment all --executor dask://10.0.0.7:8786 --tls-ca ca.pem --tls-cert me.pem --tls-key me.key
 """
-
-_PROGRESS_DELAY_S: Final = 2.0
-"""Seconds before progress is shown."""
-
-_PROGRESS_INTERVAL_S: Final = 0.2
 
 _TLS_OPTIONS: Final = {
     "ca": "certificate of the authority that signs for the cluster and for you (PEM)",
@@ -124,17 +120,17 @@ def _command(arguments: argparse.Namespace) -> Exit:
             arguments.plant, [EnteredArchitecture(name) for name in arguments.architecture]
         )
         if arguments.experiments == ["list"]:
-            print("\n\n".join(map(_format_experiment, experiments.values())))
+            for place, one in enumerate(experiments.values()):
+                _list_experiment(one, is_first=not place)
             return Exit.SUCCESS
         return _run(arguments, select_rows(experiments, arguments.experiments))
     except (MisuseError, PlantSetupError) as error:
         raise UsageError(str(error)) from error
 
 
-def _format_experiment(one: Experiment) -> str:
-    lines = [f"{one.number}  {one.title}"]
-    lines += [f"    {row.id:<40}  {', '.join(row.labels)}" for row in one.rows]
-    return "\n".join(lines)
+def _list_experiment(one: Experiment, *, is_first: bool) -> None:
+    print(f"{one.number}  {one.title}" if is_first else f"\n{one.number}  {one.title}")
+    print_table([(row.id, ", ".join(row.labels)) for row in one.rows], indent=4)
 
 
 def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
@@ -148,8 +144,7 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
     shown = _progress_printer()
     chosen = executor_at(arguments.executor, arguments.workers or available_cpus(), _tls_files(arguments))
     with TrialStore(out) as store:
-        if sys.stderr.isatty():
-            show_progress("proving the modules …")
+        ProgressLine().show("proving the modules")
         premises = load_inputs(where)
         hint = f"finished trials are in {out}; continue with --out {out} --resume"
         try:
@@ -175,7 +170,7 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
     print_line(
         f"{len(off)} with intervals that exclude the exact value" + (f": {', '.join(off)}" if off else "")
     )
-    print_line(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
+    print_labelled("output", f"{out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
     return Exit.SUCCESS
 
 
@@ -237,39 +232,17 @@ def _folder(arguments: argparse.Namespace) -> Path:
 
 
 def _progress_printer() -> Callable[[RunProgress], None]:
-    """Return a printer of progress: one line with the remaining time, after some seconds."""
-    is_seen = sys.stderr.isatty()
-    last, is_ending = 0.0, False
+    """Return a function that shows the progress of trials, and what follows Ctrl-C."""
+    is_ending, line = False, None
 
     def show(progress: RunProgress) -> None:
-        nonlocal last, is_ending
+        nonlocal is_ending, line
         if progress.is_interrupted and not is_ending:
             is_ending = True
             print("\naeros: finishing running trials; press Ctrl-C again to abort", file=sys.stderr)
-        now = time.monotonic()
-        is_last = progress.done == progress.total
-        if now - progress.start_time < _PROGRESS_DELAY_S or (
-            now - last < (_PROGRESS_INTERVAL_S if is_seen else 60.0) and not is_last
-        ):
-            return
-        last = now
-        left = progress.seconds_left
-        text = f"{progress.done} of {progress.total} trials, {_bar(progress)}"
-        text += "" if left is None else f", {_time(left)} left"
-        if is_seen:
-            show_progress(text, is_last=is_last)
-        else:
-            print(text, file=sys.stderr, flush=True)
+        line = ProgressLine(progress.total) if line is None else line
+        line.show("trials", progress.done)
+        if progress.done == progress.total:
+            line.end()
 
     return show
-
-
-def _bar(progress: RunProgress) -> str:
-    full = 24 * progress.done // max(progress.total, 1)
-    return "█" * full + "░" * (24 - full)
-
-
-def _time(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours} h {minutes:02} min" if hours else f"{minutes} min {rest:02} s"

@@ -17,6 +17,7 @@ from aeros.agent.errors import AgentError
 from aeros.agent.identity import undisturbed
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.file_changes import is_pinned, replace_text, unified_diff
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.render import escape_invisible
@@ -90,7 +91,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         if found is not None:
             done.append((found, _diff(found) if arguments.diff else ""))
     if arguments.format == "json":
-        print(json.dumps(_as_json(done, is_dry=is_dry), indent=1))
+        print_data(json.dumps(_as_json(done, is_dry=is_dry), indent=1))
     else:
         _print_text(done, is_dry=is_dry)
     states = {found.state for found, _ in done}
@@ -183,7 +184,7 @@ def _print_text(done: list[tuple[_File, str]], *, is_dry: bool) -> None:
             )
             print("".join(f"  {change}\n" for change in found.rewritten.changes), end="")
         if diff:
-            print("".join(f"{escape_invisible(line)}\n" for line in diff.splitlines()), end="")
+            print_data("".join(f"{escape_invisible(line)}\n" for line in diff.splitlines()), end="")
     counts = {
         state: sum(found.state == state for found, _ in done) for state in ("old", "current", "refused")
     }

@@ -6,7 +6,6 @@ import argparse
 import json
 import os
 import signal
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from functools import cache, partial
@@ -16,8 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from aeros.cli.arguments import add_command, available_cpus, process_count, second_solver
-from aeros.cli.terminal import show_progress
+from aeros.cli.terminal.progress import ProgressLine
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, UsageError
+from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.theorems.check import SolverPanel, check_mutants, check_theorem
 from aeros.spec.theorems.module_copies import ModuleSource
@@ -66,7 +68,7 @@ def add_to(commands: Subparsers) -> None:
         type=Path,
         default=proofs_folder(),
         metavar="FOLDER",
-        help="the folder of theorems (default: `proofs/` of the source tree)",
+        help="the folder of theorems (default: that of AEROS itself)",
     )
     parser.set_defaults(command=_command)
 
@@ -83,18 +85,20 @@ def _command(arguments: argparse.Namespace) -> Exit:
         list(folders.values()), arguments.solver, update, arguments.jobs or available_cpus()
     ):
         if arguments.format == "text":
-            print(one.text, flush=True)
+            print_table([one.row], least=(max(map(len, folders)), len(Verdict.REFUTED.value)))
+            print("".join(f"{line}\n" for line in one.details), end="", flush=True)
         found.append(one.json_data)
         exits.append(one.exit)
     if arguments.format == "json":
-        print(json.dumps({"theorems": found}, indent=2))
+        print_data(json.dumps({"theorems": found}, indent=2))
     return next((one for one in (Exit.REJECTED, Exit.UNDECIDED) if one in exits), Exit.SUCCESS)
 
 
 class _TheoremResult(NamedTuple):
-    """Result of one theorem as text and JSON, with its exit code."""
+    """Result of one theorem as a row of a table with details below it, and as JSON, with its exit code."""
 
-    text: str
+    row: tuple[str, str, str]
+    details: list[str]
     json_data: dict[str, Any]
     exit: Exit
 
@@ -151,13 +155,14 @@ def _prove(folder: Path, solver: str, update: bool) -> _TheoremResult:
         "problems": problems,
         "rewritten": rewritten,
     }
-    return _TheoremResult(_text(outcome, folder.name, problems, rewritten), shown, _exit(outcome, problems))
+    row = _row(outcome, folder.name, problems)
+    return _TheoremResult(row, _details(outcome, problems, rewritten), shown, _exit(outcome, problems))
 
 
 def _select_theorems(proofs: Path, names: Sequence[str]) -> dict[str, Path]:
     folders = theorem_folders(proofs)
     if not folders:
-        raise UsageError(f"there are no theorems in `{proofs}`; they are in the source tree of AEROS")
+        raise UsageError(f"there are no theorems in `{proofs}`")
     unknown = [name for name in names if name not in folders]
     if unknown:
         raise UsageError(f"there is no theorem `{unknown[0]}`; there are {', '.join(folders)}")
@@ -172,9 +177,14 @@ def _solvers(which: str) -> SolverPanel:
     return SolverPanel(z3=which != "cvc5", second=second)
 
 
+@cache
+def _progress_line() -> ProgressLine:
+    return ProgressLine()
+
+
 def _progress(what: str) -> None:
-    if sys.stderr.isatty() and current_process().name == "MainProcess":
-        show_progress(f"proving {what} …")
+    if current_process().name == "MainProcess":  # theorems are proved in other processes, too
+        _progress_line().show(f"proving {what}")
 
 
 def _outcome(folder: Path, solvers: SolverPanel) -> TheoremResult:
@@ -215,15 +225,15 @@ def _exit(outcome: TheoremResult, problems: Sequence[str]) -> Exit:
     return Exit.UNDECIDED if outcome.verdict is Verdict.UNKNOWN else Exit.REJECTED
 
 
-def _text(outcome: TheoremResult, name: str, problems: Sequence[str], rewritten: Sequence[str]) -> str:
+def _row(outcome: TheoremResult, name: str, problems: Sequence[str]) -> tuple[str, str, str]:
     verdict = "failed" if problems else outcome.verdict.value.lower()
     count, refuted = len(outcome.obligations), sum(one.refuted for one in outcome.mutants)
-    lines = [
-        f"{name:<24} {verdict:<8} {count} obligation{'' if count == 1 else 's'}, "
-        f"{refuted} refuted mutant{'' if refuted == 1 else 's'}: "
-        f"{outcome.theorem.title}"
-    ]
-    lines += [f"  {problem}" for problem in problems]
+    counts = f"{counted(count, 'obligation')}, {counted(refuted, 'refuted mutant')}"
+    return name, verdict, f"{counts}: {outcome.theorem.title}"
+
+
+def _details(outcome: TheoremResult, problems: Sequence[str], rewritten: Sequence[str]) -> list[str]:
+    lines = [f"  {problem}" for problem in problems]
     for one in outcome.obligations:
         if one.witness is not None:
             lines += [f"  {one.name} is refuted by"]
@@ -231,4 +241,4 @@ def _text(outcome: TheoremResult, name: str, problems: Sequence[str], rewritten:
             lines += [f"    {table}: {'; '.join(way)}" for table, way in found["ways"].items()]
             if not found["ways"]:
                 lines += [f"    {name} = {value}" for name, value in found["constants"].items()]
-    return "\n".join([*lines, *(f"  wrote {one}" for one in rewritten)])
+    return [*lines, *(f"  wrote {one}" for one in rewritten)]

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import (
     add_command,
@@ -21,7 +21,8 @@ from aeros.cli.help_text import WrappedEpilog
 from aeros.cli.latest_run import add_run_argument, find_audit_log
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.records.show import add_filters, explain_record, format_record, matches_filters
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.audit.check import CHECKPOINT, AuditReport, Record, RecordCheck, verify_log
 from aeros.runtime.audit.checkpoints import AnchorError, SignatureReport, verify_signed
@@ -214,11 +215,13 @@ def _verify(arguments: argparse.Namespace) -> Exit:
         return Exit.REJECTED
     unnoticed = _undetectable_changes(chain, signed, anchors=len(anchors))
     if arguments.format == "json":
-        print(
+        print_data(
             json.dumps({"log": str(arguments.log), **_verification_json(chain, signed, unnoticed)}, indent=2)
         )
     else:
-        print("\n".join(_format_verification(chain, signed, checkpoints, unnoticed)))
+        if not chain.is_sound:
+            print(f"NOT SOUND: {chain.reason}")
+        print_table(_verification_rows(chain, signed, checkpoints, unnoticed), least=(len(_NOT_CHECKED),))
     return Exit.SUCCESS if chain.is_sound else Exit.REJECTED
 
 
@@ -246,30 +249,30 @@ def _undetectable_changes(chain: AuditReport, signed: SignatureReport | None, *,
     return found
 
 
-def _format_verification(
+_NOT_CHECKED: Final = "NOT CHECKED"
+
+
+def _verification_rows(
     chain: AuditReport, signed: SignatureReport | None, checkpoints: int, unnoticed: list[str]
-) -> list[str]:
+) -> list[tuple[str, str]]:
     counts = chain.decisions
     counts_text = f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"
     if not chain.is_sound:
-        return [f"NOT SOUND: {chain.reason}", f"before it    {chain.records} sound records: {counts_text}"]
-    lines = [f"chain        sound, {chain.records} records: {counts_text}", f"head         {chain.head}"]
+        return [("before it", f"{chain.records} sound records: {counts_text}")]
+    rows = [("chain", f"sound, {chain.records} records: {counts_text}"), ("head", chain.head)]
     if signed is None:
         there = f", though {checkpoints} checkpoints are in the log" if checkpoints else ""
-        lines.append(f"signatures   not checked: no --public-key{there}")
+        rows.append(("signatures", f"not checked: no --public-key{there}"))
     else:
         end = (
             "closed by its writer"
             if signed.closed
             else "not closed: the writer is still running or was killed"
         )
-        lines.append(f"signatures   sound, of the first {signed.signed} records; the log is {end}")
-        lines.append(
-            f"anchor       the first {signed.anchored} records are all there"
-            if signed.anchored
-            else "anchor       not checked: no --anchor"
-        )
-    return [*lines, *(f"NOT CHECKED  {one}" for one in unnoticed)]
+        rows.append(("signatures", f"sound, of the first {signed.signed} records; the log is {end}"))
+        anchored = f"the first {signed.anchored} records are all there"
+        rows.append(("anchor", anchored if signed.anchored else "not checked: no --anchor"))
+    return [*rows, *((_NOT_CHECKED, one) for one in unnoticed)]
 
 
 def _verification_json(
@@ -308,7 +311,7 @@ def _show(arguments: argparse.Namespace) -> Exit:
         if not matches_filters(record, arguments):
             return
         if arguments.format == "json":
-            print(json.dumps({**record, "hash": own, "why": explain_record(record, site)}))
+            print_data(json.dumps({**record, "hash": own, "why": explain_record(record, site)}))
         else:
             print(format_record(record, site))
 
@@ -358,7 +361,7 @@ def _replay(arguments: argparse.Namespace) -> Exit:
 
     chain = _checked(arguments.log, take)
     if arguments.format == "json":
-        print(json.dumps(_replay_json(replay, chain), indent=2))
+        print_data(json.dumps(_replay_json(replay, chain), indent=2))
     else:
         for one in replay.mismatches:
             print("\n".join(map(escape_invisible, _disagreement(one))))
@@ -400,8 +403,13 @@ def _keygen(arguments: argparse.Namespace) -> Exit:
     except InvalidKeyError as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
-    print_line(f"private key  {arguments.out}: `aeros run --audit-key` signs with it; keep it secret")
-    print_line(
-        f"public key   {public}: `aeros audit verify --public-key` checks with it; keep a copy elsewhere"
+    print_table(
+        [
+            ("private key", f"{arguments.out}: `aeros run --audit-key` signs with it; keep it secret"),
+            (
+                "public key",
+                f"{public}: `aeros audit verify --public-key` checks with it; keep a copy elsewhere",
+            ),
+        ]
     )
     return Exit.SUCCESS

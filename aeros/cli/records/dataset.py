@@ -12,7 +12,7 @@ from aeros.agent.instructions.meaning import Understanding
 from aeros.apps.dataset.dataset import DatasetError, DatasetWriter, Episode
 from aeros.apps.dataset.recorder import EpisodeRecorder
 from aeros.apps.report_page.run_data import read_run_data
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.rendering import print_labelled
 from aeros.runtime.gate.configuration import Configuration
 from aeros.session.plant_factory import PHYSICS_PLANTS
 
@@ -61,7 +61,7 @@ class RunDataset(NamedTuple):
         except DatasetError as error:
             print(f"aeros: {error}", file=sys.stderr)
             return False
-        print_line(f"dataset    {self.folder}/, episode {number} of {len(frames)} frames")
+        print_labelled("dataset", f"{self.folder}/, episode {number} of {len(frames)} frames")
         return True
 
 

@@ -15,7 +15,8 @@ from aeros.apps.film.run_film import FilmError, film_imports, film_run
 from aeros.cli.arguments import add_command, existing_path, writable_film_path
 from aeros.cli.latest_run import add_run_argument, find_run_folder
 from aeros.cli.records.report import available_sites
-from aeros.cli.terminal import print_line, show_progress
+from aeros.cli.terminal.progress import ProgressLine
+from aeros.cli.terminal.rendering import print_labelled
 from aeros.exit_codes import Exit
 from aeros.files import replace_durably
 from aeros.spec.model.site import Site
@@ -39,9 +40,6 @@ examples:
 """
 
 _SIZE: Final = re.compile(r"([1-9]\d{1,3})x([1-9]\d{1,3})")
-
-_QUIET_S: Final = 2.0
-"""Time after which progress is shown, s."""
 
 
 def add_to(commands: Subparsers) -> None:
@@ -170,7 +168,7 @@ def write_film(folder: Path, path: Path, sites: Mapping[str, Site], options: Map
         print(f"aeros: cannot write `{path}`: {error.strerror}", file=sys.stderr)
         return Exit.REJECTED
     seconds = time.monotonic() - began
-    print_line(f"film       {path}, {len(content) / 1e6:.1f} MB, drawn in {seconds:.0f} s")
+    print_labelled("film", f"{path}, {len(content) / 1e6:.1f} MB, drawn in {seconds:.0f} s")
     return Exit.SUCCESS
 
 
@@ -187,19 +185,13 @@ def _film_options(options: Mapping[str, object]) -> FilmOptions:
 
 def _shows_progress() -> Callable[[int, int], None]:
     """Return a function that shows how far a film is, once that takes long."""
-    began = time.monotonic()
-    shown = began
+    line: ProgressLine | None = None
 
     def show(done: int, total: int) -> None:
-        nonlocal shown
-        now = time.monotonic()
-        if not sys.stderr.isatty() or now - began < _QUIET_S:
-            return
+        nonlocal line
+        line = ProgressLine(total) if line is None else line
+        line.show("film: pictures", done)
         if done == total:
-            show_progress("")
-        elif now - shown > 0.2:
-            left = (now - began) / done * (total - done)
-            shown = now
-            show_progress(f"film: picture {done} of {total}, {left:.0f} s left …")
+            line.end()
 
     return show

@@ -13,7 +13,7 @@ from aeros.apps.report_page.page import page_of
 from aeros.apps.report_page.run_data import AUDIT, RunData, read_run_data
 from aeros.cli.arguments import add_command, add_signature_check, existing_path, writable_path
 from aeros.cli.latest_run import add_run_argument, find_run_folder
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.rendering import print_labelled
 from aeros.exit_codes import Exit
 from aeros.files import replace_durably
 from aeros.runtime.audit.checkpoints import AnchorError, verify_signed
@@ -111,7 +111,7 @@ def write_report(
         print(f"aeros: cannot write `{path}`: {error.strerror}", file=sys.stderr)
         return Exit.REJECTED
     sound = "chain sound" if left.chain.is_sound else f"NOT SOUND: {left.chain.reason}"
-    print_line(f"report     {path}, {len(page) // 1024} KB, {left.chain.records} records, {sound}")
+    print_labelled("report", f"{path}, {len(page) // 1024} KB, {left.chain.records} records, {sound}")
     return Exit.SUCCESS if left.chain.is_sound else Exit.REJECTED
 
 

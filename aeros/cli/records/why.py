@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from aeros.apps.why.causal_chain import CausalExplanation, RunLog, StepTrace
 from aeros.cli.arguments import add_command
 from aeros.cli.latest_run import add_run_argument, find_audit_log
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, UsageError
 from aeros.runtime.audit.check import Record, verify_log
 from aeros.spec.diagnostics.render import escape_invisible
@@ -55,7 +56,10 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.REJECTED
     run = RunLog(records)
     why = run.explain_end() if arguments.step is None else run.explain_step(_check_step(run, arguments.step))
-    print(_as_json(log, why) if arguments.format == "json" else "\n".join(map(escape_invisible, _lines(why))))
+    if arguments.format == "json":
+        print_data(_as_json(log, why))
+    else:
+        print("\n".join(map(escape_invisible, _lines(why))))
     return Exit.SUCCESS
 
 

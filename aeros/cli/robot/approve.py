@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.apps.mcp.approvals import ApprovalError, approve, pending_requests, reject
 from aeros.cli.arguments import add_command
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.render import escape_invisible
 
@@ -53,8 +53,10 @@ def _command(arguments: argparse.Namespace) -> Exit:
             print("aeros: --reject needs the id of a request", file=sys.stderr)
             return Exit.USAGE
         waiting = pending_requests(arguments.state)
-        listed = "\n".join(map(_format_request, waiting)) or "no pending approvals"
-        print(json.dumps(waiting, indent=1) if arguments.format == "json" else listed)
+        if arguments.format == "json":
+            print_data(json.dumps(waiting, indent=1))
+        else:
+            print("\n".join(map(_format_request, waiting)) or "no pending approvals")
         return Exit.SUCCESS
     try:
         (reject if arguments.reject else approve)(arguments.state, arguments.id)

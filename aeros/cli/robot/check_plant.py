@@ -11,14 +11,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command
-from aeros.cli.terminal import print_line, show_progress
+from aeros.cli.terminal.progress import ProgressLine
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.descriptions import describe_exception, type_name
 from aeros.exit_codes import Exit, UsageError
 from aeros.session.plant_factory import PLANTS
 from aeros.session.plant_provider import PlantProviderError, load_provider
 from aeros.sim.conformance.plant_under_test import ConformanceError, PlantUnderTest
 from aeros.sim.conformance.suite import CHECKS, Check
-from aeros.spec.diagnostics.render import escape_invisible
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -68,19 +69,18 @@ def _command(arguments: argparse.Namespace) -> Exit:
     subject = _subject(arguments.plant)
     chosen = [check for check in CHECKS if arguments.check is None or check.__name__ in arguments.check]
     results = []
+    progress = ProgressLine(len(chosen))
     for number, check in enumerate(chosen):
-        if sys.stderr.isatty():
-            show_progress(f"{number + 1} of {len(chosen)}: {_words(check)} …")
+        progress.show(_words(check), number)
         results.append(_result(check, subject))
-        if sys.stderr.isatty():
-            show_progress("")
         if arguments.format == "text":
             _print_result(results[-1])
+    progress.end()
     missing = [words for name, words in _OPTIONAL.items() if not getattr(subject, name)]
     failed = sum(one["failure"] is not None for one in results)
     if arguments.format == "json":
         report = {"schema": SCHEMA, "plant": arguments.plant, "checks": results, "not_tried": missing}
-        print(json.dumps(report, indent=1))
+        print_data(json.dumps(report, indent=1))
     else:
         print_line("")
         print_line(f"{len(results) - failed} of {len(results)} promises kept")
@@ -146,10 +146,10 @@ def _result(check: Check, subject: PlantUnderTest) -> dict[str, Any]:
 
 def _print_result(result: dict[str, Any]) -> None:
     kept = result["failure"] is None
-    print_line(f"{'kept  ' if kept else 'BROKEN'}  {result['check'].replace('_', ' ')}")
+    words = result["check"].replace("_", " ")
+    print_table([("kept" if kept else "BROKEN", words)], least=(len("BROKEN"),))
     if not kept:
-        print_line(f"        promise  {result['promise']}")
-        print_line(f"        found    {escape_invisible(result['failure'])}")
+        print_table([("promise", result["promise"]), ("found", result["failure"])], indent=8)
 
 
 def _words(check: Check) -> str:

@@ -25,7 +25,7 @@ from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.queries import ContextSummary, EpisodeFilter, SkillSummary, open_memory_reader
 from aeros.cli.arguments import add_command
 from aeros.cli.help_text import WrappedEpilog
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import escape_invisible
@@ -146,7 +146,7 @@ def _show(arguments: argparse.Namespace) -> Exit:
     if arguments.format == "json":
         listed = [_skill_data(one) for one in skills]
         data = {"schema": SCHEMA, "skills": listed, "facts": facts, "sessions": sessions}
-        print(json.dumps(data, indent=1))
+        print_data(json.dumps(data, indent=1))
     else:
         print("\n".join(_format_summary(skills, facts, sessions)))
     return Exit.SUCCESS
@@ -230,7 +230,7 @@ def _search(arguments: argparse.Namespace) -> Exit:
     with open_memory_reader(arguments.state / MEMORY_FILE) as remembered:
         found = remembered.search(wanted, arguments.limit)
     if arguments.format == "json":
-        print(json.dumps({"schema": SCHEMA, "episodes": found}, indent=1))
+        print_data(json.dumps({"schema": SCHEMA, "episodes": found}, indent=1))
     else:
         print("\n".join(map(_line, found)) or "no matching episodes")
     return Exit.SUCCESS
@@ -247,7 +247,7 @@ def _line(episode: Mapping[str, Any]) -> str:
 def _export(arguments: argparse.Namespace) -> Exit:
     with open_memory_reader(arguments.state / MEMORY_FILE) as remembered:
         for row in remembered.all_rows():
-            print(json.dumps(row, sort_keys=True))
+            print_data(json.dumps(row, sort_keys=True))
     return Exit.SUCCESS
 
 

@@ -22,7 +22,8 @@ from aeros.cli.module_settings import (
     print_waiting,
 )
 from aeros.cli.robot.module_source import BUNDLE, module_source
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import replace_durably
 from aeros.runtime.registry.archive import pack
@@ -178,7 +179,7 @@ def _configure(arguments: argparse.Namespace) -> Exit:
     settings = registry.settings(one.name)
     if arguments.format == "json":
         shown = {one.name: one.value for one in settings}
-        print(
+        print_data(
             json.dumps(
                 {"name": one.name, "version": one.version, "state": one.state.value, "settings": shown}
             )
@@ -259,7 +260,10 @@ def _list(arguments: argparse.Namespace) -> Exit:
     }
     broken = _broken_assumptions(arguments.state)
     as_text = arguments.format == "text"
-    print((_text if as_text else _json)(shown, snapshot, capable, broken))
+    if as_text:
+        _print_text(shown, snapshot, capable, broken)
+    else:
+        print_data(_json(shown, snapshot, capable, broken))
     return Exit.SUCCESS if shown or arguments.capability is None else Exit.REJECTED
 
 
@@ -297,24 +301,23 @@ def _broken_lines(broken: list[dict[str, Any]]) -> list[str]:
     return lines
 
 
-def _text(
+def _print_text(
     shown: dict[str, InstalledModule],
     snapshot: RegistrySnapshot,
     capable: dict[str, tuple[str, ...]],
     broken: _Broken,
-) -> str:
+) -> None:
     if not shown:
-        nothing = "no installed module provides it" if snapshot.modules else "no modules installed"
-        return "\n".join([nothing, *_operator_lines(snapshot)])
-    width = max(len(name) + len(one.version) + 1 for name, one in shown.items())
-    lines = [
-        f"{name + ' ' + one.version:<{width}}  {one.state.value:<10}  {', '.join(capable[name])}"
-        for name, one in shown.items()
+        print("no installed module provides it" if snapshot.modules else "no modules installed")
+    rows = [
+        (f"{name} {one.version}", one.state.value, ", ".join(capable[name])) for name, one in shown.items()
     ]
-    lines += [
-        line for one in shown.values() for line in _broken_lines(broken.get((one.name, one.version), []))
-    ]
-    return "\n".join([*lines, *_operator_lines(snapshot)])
+    print_table(rows, least=(0, max(len(state.value) for state in ModuleState)))
+    for one in shown.values():
+        for line in _broken_lines(broken.get((one.name, one.version), [])):
+            print(line)
+    for line in _operator_lines(snapshot):
+        print(line)
 
 
 def _operator_lines(snapshot: RegistrySnapshot) -> list[str]:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Final
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.module_settings import print_waiting
-from aeros.cli.terminal import print_diagnostics, print_line
+from aeros.cli.terminal.rendering import print_diagnostics
+from aeros.cli.terminal.streams import print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.control_page import MotionTimeoutError, request_command
@@ -27,7 +28,7 @@ from aeros.runtime.registry.operator_block import (
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, did_you_mean
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.diagnostics.render import escape_invisible, render_all
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.summary import summarize_site
 from aeros.spec.obligations.absent_modules import absent_settings, policy_name_obligations
@@ -224,7 +225,7 @@ def _warn_of_absent_names(path: Path, registry: Registry) -> None:
         if name not in installed
     ]
     if absent:
-        print_diagnostics(render_all(absent))
+        print_diagnostics(absent)
 
 
 def _repair(arguments: argparse.Namespace) -> Exit:

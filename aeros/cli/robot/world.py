@@ -17,8 +17,9 @@ from aeros.agent.memory.queries import open_memory_reader
 from aeros.agent.memory.sightings import RememberedValue
 from aeros.agent.memory.things import THING, RememberedThing, remembered_things
 from aeros.cli.arguments import add_command
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
-from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.model.task_parameters import is_instruction
 
 if TYPE_CHECKING:
@@ -74,10 +75,14 @@ def _command(arguments: argparse.Namespace) -> Exit:
             "things": [_thing_to_json(one, now) for one in things],
             "variables": [{**asdict(one), "age_s": one.age(now)} for one in variables],
         }
-        print(json.dumps(data, indent=1))
+        print_data(json.dumps(data, indent=1))
         return Exit.SUCCESS
-    lines = [*_thing_lines(things, now), *([""] if things and variables else []), *_lines(variables, now)]
-    print("\n".join(map(escape_invisible, lines)) or "nothing was seen")
+    print_table(_thing_rows(things, now))
+    if things and variables:
+        print()
+    print_table(_rows(variables, now))
+    if not found:
+        print("nothing was seen")
     return Exit.SUCCESS
 
 
@@ -86,16 +91,15 @@ def _thing_to_json(thing: RememberedThing, now: datetime) -> dict[str, Any]:
     return {"name": thing.name, "kind": thing.kind, "attributes": attributes}
 
 
-def _thing_lines(things: Sequence[RememberedThing], now: datetime) -> Iterator[str]:
+def _thing_rows(things: Sequence[RememberedThing], now: datetime) -> Iterator[tuple[str, str]]:
     """Say of each thing what was last seen, newest first; what was seen together has one age."""
-    width = max((len(one.name) for one in things), default=0)
     for thing in things:
         by_age: dict[str, list[str]] = {}
         for name, one in sorted(thing.attributes.items(), key=_newest_position_first):
             when = f"{_age_text(one.age(now))} ago in session {one.session}"
             by_age.setdefault(when, []).append(_attribute_text(name, one))
         seen = [f"{', '.join(texts)}, {when}" for when, texts in by_age.items()]
-        yield f"{thing.name:<{width}}  {thing.kind}: {'; '.join(seen)}"
+        yield thing.name, f"{thing.kind}: {'; '.join(seen)}"
 
 
 def _newest_position_first(item: tuple[str, RememberedValue]) -> tuple[float, bool, str]:
@@ -119,8 +123,7 @@ def _usual_text(one: RememberedValue) -> str:
     return f"{usual} in {one.usual_sessions} of {one.sessions} sessions"
 
 
-def _lines(found: Sequence[RememberedValue], now: datetime) -> Iterator[str]:
-    width = max((len(one.variable) for one in found), default=0)
+def _rows(found: Sequence[RememberedValue], now: datetime) -> Iterator[tuple[str, str]]:
     for one in found:
         parts = [f"{_value_text(one.value)}, {_age_text(one.age(now))} ago in session {one.session}"]
         if one.source is not None:
@@ -129,7 +132,7 @@ def _lines(found: Sequence[RememberedValue], now: datetime) -> Iterator[str]:
             parts.append(f"± {one.uncertainty:g} at most")
         if one.sessions > 1:
             parts.append(f"at first {_usual_text(one)}")
-        yield f"{one.variable:<{width}}  {', '.join(parts)}"
+        yield one.variable, ", ".join(parts)
 
 
 def _value_text(value: Any) -> str:

@@ -12,6 +12,7 @@ from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.example_requests import example_requests
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.run.decision_text import decision_text, explanation_text
+from aeros.cli.terminal.streams import output_width, print_data
 from aeros.exit_codes import Exit
 from aeros.runtime.gate.explain import Explainer
 from aeros.runtime.gate.gate import GateMode
@@ -101,17 +102,24 @@ def _command(arguments: argparse.Namespace) -> Exit:
         for request in example_requests(
             explainer.gate, configuration.site, ecm, ecm.skills[arguments.skill], in_full
         ):
-            print(request)
+            print_data(request)
         return Exit.SUCCESS
     is_text = (arguments.format or ("text" if arguments.explain else "json")) == "text"
     for line in _lines(sys.stdin.buffer):
         if arguments.explain:
             explanation = explain_line(explainer, ecm.id, arguments.skill, line)
-            shown = explanation_text(explanation) if is_text else json.dumps(explanation_json(explanation))
+            shown = (
+                explanation_text(explanation, output_width())
+                if is_text
+                else json.dumps(explanation_json(explanation))
+            )
         else:
             decision = decide_line(explainer.gate, ecm.id, arguments.skill, line)
             shown = decision_text(decision) if is_text else json.dumps(decision_json(decision))
-        print(shown, flush=True)
+        if is_text:
+            print(shown, flush=True)
+        else:
+            print_data(shown, flush=True)
     return Exit.SUCCESS
 
 

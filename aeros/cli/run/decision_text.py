@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Final
 
+from aeros.cli.terminal.rendering import table_lines
 from aeros.runtime.gate.decision import Decision
 from aeros.runtime.gate.explain import EvaluatedCondition, Explanation
 
@@ -20,19 +22,20 @@ def decision_text(decision: Decision) -> str:
     return "\n".join(_decision_lines(decision))
 
 
-def explanation_text(explanation: Explanation) -> str:
+def explanation_text(explanation: Explanation, width: int | None) -> str:
     """Format an explanation: decision, layers, and each condition with its proof or values.
 
     Args:
         explanation: The explanation.
+        width: Columns of the terminal, into which tables are fitted; None for no limit.
 
     Returns:
         Lines of text that end with a blank line.
     """
     lines = [*_decision_lines(explanation.decision), *_layer_lines(explanation)]
-    lines += _clause_lines(explanation.conditions)
+    lines += _clause_lines(explanation.conditions, width)
     if explanation.attenuated_parameters:
-        lines += ["  re-decided after attenuation", *_clause_lines(explanation.attenuated_parameters)]
+        lines += ["  re-decided after attenuation", *_clause_lines(explanation.attenuated_parameters, width)]
     return "\n".join([*lines, ""])
 
 
@@ -54,22 +57,22 @@ def _layer_lines(explanation: Explanation) -> Iterator[str]:
             yield f"  {label}: {'; '.join(names)}"
 
 
-def _clause_lines(clauses: Sequence[EvaluatedCondition]) -> Iterator[str]:
+def _clause_lines(clauses: Sequence[EvaluatedCondition], width: int | None) -> Iterator[str]:
     proved = [one for one in clauses if one.obligation and one.holds is None and not one.missing]
-    width = max((len(one.name) for one in clauses), default=0)
+    name_columns = max((len(one.name) for one in clauses), default=0)  # the same in both tables
     if proved:
         yield "  proved at installation"
-        for one in proved:
-            yield f"    {one.name:<{width}}  by {one.obligation}"
+        rows = [(one.name, f"by {one.obligation}") for one in proved]
+        yield from table_lines(rows, width=width, indent=4, least=(name_columns,))
     rest = [one for one in clauses if one not in proved]
     if rest:
         yield "  runtime-checked"
-        for one in rest:
-            yield f"    {one.name:<{width}}  {_result(one):<7}  {one.text}{_at(one)}"
+        results = [(one.name, _RESULTS[one.holds], f"{one.text}{_at(one)}") for one in rest]
+        least = (name_columns, max(map(len, _RESULTS.values())))
+        yield from table_lines(results, width=width, indent=4, least=least)
 
 
-def _result(clause: EvaluatedCondition) -> str:
-    return {True: "holds", False: "fails", None: "unknown"}[clause.holds]
+_RESULTS: Final = {True: "holds", False: "fails", None: "unknown"}
 
 
 def _at(clause: EvaluatedCondition) -> str:

@@ -19,7 +19,7 @@ from aeros.agent.instructions.refusals import InstructionError, NothingAskedErro
 from aeros.agent.instructions.understand import is_task_name
 from aeros.cli.run.instruction import understand_or_ask
 from aeros.cli.run.planners import llm_endpoint, llm_timeout, require_planner_options
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.streams import print_line
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.session.reading import read_with_model, refuse_unconfirmed

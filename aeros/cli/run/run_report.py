@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from aeros.agent.execution.report import RunReport
+from aeros.cli.terminal.rendering import LABEL_COLUMNS, table_lines
 from aeros.sim.referee import GoalJudgement
 from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import escape_invisible
@@ -48,21 +49,24 @@ def summary(
     guarded = sum(module.runtime_checked_count for module in proof_report.modules)
     reasons = [escape_invisible(one) for one in (*failures, str(report.reason))]
     outcome = f"goal not reached: {'; then: '.join(reasons)}" if report.has_failed else report.outcome
-    return "\n".join(
-        (
-            "",
-            f"{report.module}.{report.task}: {outcome}",
-            f"goal       {report.goal}",
-            f"measured   {measured} ({plant} plant)",
-            *(() if judgement is None else (f"truth      {judgement}",)),
-            f"modules    {len(proof_report.modules)} proved, {obligations} obligations, "
-            f"{guarded} runtime-checked",
-            f"steps      {len(report.steps)} run, {counted(report.retries, 'retry')}, "
-            f"{counted(report.recoveries, 'recovery')}, {counted(report.replans, 're-plan')}",
-            f"decisions  {report.allowed} allowed, {report.attenuated} attenuated, {report.denied} denied",
-            f"time       {simulated:.1f} s simulated, {real:.1f} s real",
-        )
+    proved = f"{len(proof_report.modules)} proved, {obligations} obligations, {guarded} runtime-checked"
+    counts = (
+        f"{len(report.steps)} run",
+        counted(report.retries, "retry"),
+        counted(report.recoveries, "recovery"),
+        counted(report.replans, "re-plan"),
     )
+    rows = [
+        ("goal", report.goal),
+        ("measured", f"{measured} ({plant} plant)"),
+        *(() if judgement is None else (("truth", str(judgement)),)),
+        ("modules", proved),
+        ("steps", ", ".join(counts)),
+        ("decisions", f"{report.allowed} allowed, {report.attenuated} attenuated, {report.denied} denied"),
+        ("time", f"{simulated:.1f} s simulated, {real:.1f} s real"),
+    ]
+    lines = table_lines(rows, width=None, least=(LABEL_COLUMNS,))
+    return "\n".join(["", f"{report.module}.{report.task}: {outcome}", *lines])
 
 
 def _measured(values: Mapping[str, Any], declared: Mapping[str, Declared]) -> str:

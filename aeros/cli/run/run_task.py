@@ -7,7 +7,7 @@ import time
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from aeros.agent.agent import Agent
 from aeros.agent.execution.journal import AgentEvent
@@ -30,7 +30,7 @@ from aeros.cli.run.planners import planning_timeout
 from aeros.cli.run.run_plant import PlantSetup, lost_poses, open_run_plant
 from aeros.cli.run.run_referee import RunReferee
 from aeros.cli.run.run_report import summary
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.rendering import print_labelled
 from aeros.exit_codes import Exit
 from aeros.runtime.audit.check import Record
 from aeros.runtime.audit.checkpoints import SigningConfiguration, verify_signed
@@ -43,7 +43,6 @@ from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
 from aeros.session.run_governor import RunGovernor
 from aeros.session.sd_notify import READY, STOPPING, Notifier
 from aeros.session.setup import AUDIT
-from aeros.session.trace import broken_for
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.referee import GoalJudgement
 from aeros.spec.model.ecm import ActionCondition
@@ -51,10 +50,6 @@ from aeros.spec.verification.reports import Report
 
 if TYPE_CHECKING:
     from aeros.sim.faults.injector import FaultEvent
-
-
-_SUMMARY_INDENT: Final = 11
-"""Columns before the text of a line of the summary: those of its label."""
 
 
 class RunRequest(NamedTuple):
@@ -127,7 +122,7 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
         # An agent that lost its supervisor has stopped; its task and plant can be resumed.
         is_over = False
         if peers is not None:
-            print(f"ros2       {peers.summary()}")
+            print_labelled("ros2", f"{peers.summary()}")
         if isinstance(recorded.plant, RemotePlant) and not notifier.is_alone:
             end_plant(recorded.plant, arguments.state)
             is_over = True
@@ -215,15 +210,14 @@ def _report_run(
     declared = {name: one for ecm in configuration.modules.values() for name, one in ecm.state.items()}
     declared = {**configuration.site.state, **declared}
     text = summary(request.proof_report, report, plant, simulated, seconds, judgement, failures, declared)
-    for line in text.split("\n"):
-        print(broken_for(sys.stdout, line, _SUMMARY_INDENT))
+    print(text)
     if tally is not None and GateMode(staged.arguments.gate) is GateMode.CHECKED:
-        print(f"checked    Z3 confirmed {tally.confirmed} of {tally.decided} decisions")
+        print_labelled("checked", f"Z3 confirmed {tally.confirmed} of {tally.decided} decisions")
     audited, sound = _check_log(out / AUDIT, request.signing)
-    print(f"audit      {audited.records} records, {sound}")
+    print_labelled("audit", f"{audited.records} records, {sound}")
     is_success = not report.has_failed and not (judgement is not None and judgement.is_false_claim)
     if not is_success:
-        print_line(f"why        aeros why {out}")
+        print_labelled("why", f"aeros why {out}")
     _report_outputs(staged, feed, sound)
     return Exit.SUCCESS if is_success and audited.bad_record is None else Exit.REJECTED
 
@@ -240,19 +234,20 @@ def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> Non
     """Write the report page if requested, and print the outputs of the run."""
     arguments, out = staged.arguments, staged.out
     if lost := lost_poses(staged.viewers):
-        print(f"poses      {lost} lines could not be written: a film of the run has gaps")
+        print_labelled("poses", f"{lost} lines could not be written: a film of the run has gaps")
     if arguments.film is not None:
         site = staged.configuration.site
         write_film(out, arguments.film, {site.digest: site}, {})
     if feed is not None:
-        kept = f"bag        {arguments.bag}/" if arguments.mcap is None else f"mcap       {arguments.mcap}"
-        print(kept + (f", {feed.lost} messages lost: {feed.trouble}" if feed.lost else ""))
+        label, kept = ("bag", f"{arguments.bag}/") if arguments.mcap is None else ("mcap", arguments.mcap)
+        lost_messages = f", {feed.lost} messages lost: {feed.trouble}" if feed.lost else ""
+        print_labelled(label, f"{kept}{lost_messages}")
     if arguments.report:
         site = staged.configuration.site
         given: Path | None = arguments.film
         film = None if given is None else find_film(given.parent, out, (given.name,))
         write_report(read_run_data(out), out / "report.html", {site.digest: site}, sound, film)
-    print_line(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
+    print_labelled("output", f"{out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
 
 
 def _fault_event(one: FaultEvent) -> AgentEvent:

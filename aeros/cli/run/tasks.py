@@ -13,7 +13,8 @@ from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.world.values import to_json_value
 from aeros.cli.arguments import add_command, add_module_folders, existing_path, warn_of_withheld_modules
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.gate.configuration import Configuration
 from aeros.session.setup import open_governor, understand_instruction
@@ -75,14 +76,14 @@ def _command(arguments: argparse.Namespace) -> Exit:
         except InstructionError as refusal:
             if arguments.format == "json":
                 found = {"schema": SCHEMA, "instruction": arguments.instruction, "reason": refusal.reason}
-                print(json.dumps({**found, "understood": None, "account": []}, indent=1))
+                print_data(json.dumps({**found, "understood": None, "account": []}, indent=1))
             else:
                 print(f"aeros: {refusal}", file=sys.stderr)
             return Exit.REJECTED
     if arguments.format == "json":
         found = {"schema": SCHEMA, "instruction": arguments.instruction, "reason": None}
         read = {"understood": list(meaning.formal_lines), "account": list(meaning.account)}
-        print(json.dumps({**found, **read}, indent=1))
+        print_data(json.dumps({**found, **read}, indent=1))
     else:
         for line in (*meaning.formal_lines, *meaning.account):
             print_line(line)
@@ -104,6 +105,9 @@ def _default(parameter: TaskParameter) -> Any:
     is_whole = isinstance(parameter.declared.variable.type, IntegerType)
     return int(parameter.default) if is_whole else to_json_value(parameter.default)
 
+
+_LABEL_COLUMNS: Final = 7
+"""Width of the labels, so that those of most tasks are the same."""
 
 _MOST_WORDS: Final = 4
 """Phrases of one kind that are listed unless all are asked for."""
@@ -140,12 +144,11 @@ def _list_tasks(configuration: Configuration, form: str, *, is_verbose: bool) ->
         for task in module.tasks.values()
     ]
     if form == "json":
-        print(json.dumps({"schema": SCHEMA, "tasks": listed}, indent=1))
+        print_data(json.dumps({"schema": SCHEMA, "tasks": listed}, indent=1))
         return
     for one in listed:
         print_line(one["task"])
-        for label, shown in _described(one, is_verbose=is_verbose):
-            print_line(f"  {label:<8} {shown}")
+        print_table(_described(one, is_verbose=is_verbose), indent=2, least=(_LABEL_COLUMNS,))
     if not is_verbose:
         print("\n`aeros tasks -v` lists all words")
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from aeros.cli.text_width import pad_to_width
 from aeros.spec.model.site import Site
 
 
@@ -44,7 +43,7 @@ def tools_view(
     return view
 
 
-def resource_lines(modules: Any, tools: Mapping[str, Any]) -> Iterator[str]:
+def resource_rows(modules: Any, tools: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Format the use of resources.
 
     Args:
@@ -52,19 +51,19 @@ def resource_lines(modules: Any, tools: Mapping[str, Any]) -> Iterator[str]:
         tools: What `tools_view` returns.
 
     Yields:
-        A line for each module, perceiver and tool.
+        Name and use of each module, perceiver and tool.
     """
     for name, one in _mapping(modules).items():
         access = [*_texts(one, "devices", "device"), *_texts(one, "channels", "channel")]
         where = [] if _mapping(one).get("is_isolated") is not False else ["in the runtime's own process"]
-        yield "  ".join([pad_to_width(name, 28), *where, *_code_parts(one), *access])
+        yield name, "  ".join([*where, *_code_parts(one), *access])
         for perceiver, use in _mapping(_mapping(one).get("perceivers")).items():
-            yield "  ".join([pad_to_width(f"{name}.{perceiver}", 28), *_code_parts(use)])
+            yield f"{name}.{perceiver}", "  ".join(_code_parts(use))
     for name, one in tools.items():
-        parts = [pad_to_width(f"tool {name}", 28), f"{one['calls']} calls, {one['failed']} failed"]
+        parts = [f"{one['calls']} calls, {one['failed']} failed"]
         parts += [] if one["timeout"] is None else [f"each at most {one['timeout']:g} s"]
         parts += [f"quota {quota} {quota_text(use)}" for quota, use in one["quotas"].items()]
-        yield "  ".join(parts)
+        yield f"tool {name}", "  ".join(parts)
 
 
 def quota_text(quota: Mapping[str, Any]) -> str:

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from enum import Enum
 from typing import Final, NamedTuple
 
-from aeros.cli.terminal import escape_for_terminal
-from aeros.cli.text_width import cut_to_width
+from rich.cells import cell_len, set_cell_size
+
+from aeros.cli.terminal.streams import escape_for_terminal
 
 _HOME, _END_OF_LINE, _BELOW, _PLAIN = "\x1b[H", "\x1b[K", "\x1b[J", "\x1b[0m"
 
@@ -142,7 +143,8 @@ class TopScreen:
 
     def _line(self, line: StyledLine, columns: int) -> str:
         text = escape_for_terminal(line.text).replace("\n", "\\n").replace("\t", " ")
-        cut = cut_to_width(text, max(0, columns - 1))
+        room = max(0, columns - 1)
+        cut = set_cell_size(text, room) if cell_len(text) > room else text
         if not self._has_colours or line.style is Style.NORMAL:
             return cut + _END_OF_LINE
         return f"{line.style.value}{cut}{_PLAIN}{_END_OF_LINE}"

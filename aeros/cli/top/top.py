@@ -8,7 +8,7 @@ import shutil
 import signal
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -18,11 +18,11 @@ from aeros.apps.run_follower import RunFollower
 from aeros.cli.arguments import add_command, existing_path, seconds_from
 from aeros.cli.latest_run import latest_run
 from aeros.cli.records.report import available_sites
-from aeros.cli.terminal import shows_colour, write_control
-from aeros.cli.text_width import pad_to_width
+from aeros.cli.terminal.rendering import table_lines
+from aeros.cli.terminal.streams import print_data, shows_colour, write_control
 from aeros.cli.top.keyboard import Keyboard, open_keyboard
 from aeros.cli.top.operator_call import OperatorCall
-from aeros.cli.top.resources import quota_text, resource_lines, tools_view
+from aeros.cli.top.resources import quota_text, resource_rows, tools_view
 from aeros.cli.top.screen import ScreenAction, Style, StyledLine, TopScreen
 from aeros.exit_codes import Exit
 from aeros.runtime.execution.governor import OperatorCommand
@@ -228,9 +228,10 @@ def _print(view: dict[str, Any] | None, form: str) -> Exit:
     if view is None:
         print("aeros: no runs found", file=sys.stderr)
         return Exit.REJECTED
-    print(
-        json.dumps(view) if form == "json" else "\n".join(one.text for one in _lines(view)) + "\n", flush=True
-    )
+    if form == "json":
+        print_data(json.dumps(view), flush=True)
+    else:
+        print("\n".join(one.text for one in _lines(view)) + "\n", flush=True)
     return Exit.SUCCESS
 
 
@@ -275,12 +276,12 @@ def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[StyledLine]:
         "under way",
         (StyledLine(f"{one['skill']}  {view['time'] - one['since']:.2f} s") for one in view["under_way"]),
     )
-    yield from _section("smallest margins", map(_bound, view["bounds"][:_BOUNDS]))
+    yield from _section("smallest margins", _bounds(view["bounds"][:_BOUNDS]))
     yield from _section("stops", (_timed(one, Style.BAD) for one in reversed(view["stops"])))
     yield from _section("latest decisions", map(_decision, reversed(view["decisions"])))
     yield from _section("agent", (_timed(one, Style.NORMAL) for one in reversed(view["events"])))
-    yield from _section("resources", map(StyledLine, resource_lines(view["modules"], view["tools"])))
-    yield from _section("measured", map(StyledLine, _world(view["world"])))
+    yield from _section("resources", _table(resource_rows(view["modules"], view["tools"])))
+    yield from _section("measured", _table(_world(view["world"]), right=(1,)))
 
 
 def _section(title: str, lines: Iterable[StyledLine]) -> Iterator[StyledLine]:
@@ -291,16 +292,26 @@ def _section(title: str, lines: Iterable[StyledLine]) -> Iterator[StyledLine]:
         yield from (StyledLine(f"  {text}", style) for text, style in found)
 
 
+def _table(rows: Iterable[Sequence[str]], right: Collection[int] = ()) -> Iterator[StyledLine]:
+    return map(StyledLine, table_lines(rows, width=None, right=right))
+
+
 def _timed(one: Mapping[str, Any], style: Style) -> StyledLine:
     return StyledLine(f"{one['time']:8.2f} s  {one['text']}", style)
 
 
-def _bound(one: Mapping[str, Any]) -> StyledLine:
+def _bounds(bounds: Sequence[Mapping[str, Any]]) -> Iterator[StyledLine]:
+    """Format measured values beside their limits."""
+    lines = table_lines(map(_bound, bounds), width=None, right=(1,))
+    for one, text in zip(bounds, lines, strict=True):
+        yield StyledLine(text, Style.BAD if one["margin"] < 0 else Style.NORMAL)
+
+
+def _bound(one: Mapping[str, Any]) -> Sequence[str]:
     way, limit = ("at most", one["at_most"]) if "at_most" in one else ("at least", one["at_least"])
-    is_broken = one["margin"] < 0
-    measured = f"{pad_to_width(one['quantity'], 28)} {one['measured']:9.4g}"
-    text = f"{measured}  {way} {limit:.4g} {one['unit']:5} {one['rule']}{'  BROKEN' if is_broken else ''}"
-    return StyledLine(text, Style.BAD if is_broken else Style.NORMAL)
+    limit_text = f"{way} {limit:.4g} {one['unit']}"
+    rule = f"{one['rule']}{'  BROKEN' if one['margin'] < 0 else ''}"
+    return one["quantity"], f"{one['measured']:.4g}", limit_text, rule
 
 
 def _decision(one: Mapping[str, Any]) -> StyledLine:
@@ -310,12 +321,12 @@ def _decision(one: Mapping[str, Any]) -> StyledLine:
     return StyledLine(f"{text}  {why}" if why else text, style)
 
 
-def _world(world: Mapping[str, Any]) -> Iterator[str]:
+def _world(world: Mapping[str, Any]) -> Iterator[Sequence[str]]:
     """Format measured values with their ages: truth values and names first, then numbers."""
     for name, one in sorted(world.items(), key=lambda item: (type(item[1]["value"]) is float, item[0])):
         value = one["value"]
         shown = f"{value:.4g}" if type(value) is float else json.dumps(value)
-        yield f"{pad_to_width(name, 24)} {shown:>10}  {one['age']:.2f} s ago"
+        yield name, shown, f"{one['age']:.2f} s ago"
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from aeros.experiments.architecture import ArchitectureReport, TrialContext, Tri
 from aeros.experiments.slow_planner import SlowPlanner
 from aeros.runtime.ports import Runtime
 from aeros.sim.symbolic.state import initial_values
+from aeros.spec.closed_loop.giving_up import AgentBeliefs, declared_beliefs
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.markov_chain import Prediction, predict
 from aeros.spec.closed_loop.transition_system import TransitionSystem
@@ -80,6 +81,20 @@ class AerosAgent:
         Raises:
             StateSpaceError: a late plan is replaced by the rest of the previous one, which is not modelled.
         """
+        return self._predict(model, model.beliefs or declared_beliefs(model.ecm))
+
+    def predict_within(self, model: TrialModel, counted_skill: str, most_tries: int) -> Prediction:
+        """Implement `PredictsBudgets.predict_within`: retries and re-plans are not those of the report.
+
+        Raises:
+            StateSpaceError: as for `predict`; or the task runs compositions, whose tries are not counted.
+        """
+        if any(one.composition for rule in model.task.rules for one in model.ecm.alternatives(rule.skill)):
+            raise StateSpaceError("tries within a composition are not counted")
+        beliefs = model.beliefs or declared_beliefs(model.ecm)
+        return self._predict(model, replace(beliefs, counted_skill=counted_skill, most_tries=most_tries))
+
+    def _predict(self, model: TrialModel, beliefs: AgentBeliefs) -> Prediction:
         first_delay_s, replan_delay_s = self._plan_delays_s
         replans = self._with_limits(model.site).limits.replans
         if (
@@ -102,8 +117,9 @@ class AerosAgent:
             )
             for rule in model.task.rules
         )
-        system = TransitionSystem(model.ecm, replace(model.task, rules=rules, invariants=()), model.site)
-        return predict(system, initial_state(model, system.names), replans)
+        task = replace(model.task, rules=rules, invariants=())
+        system = TransitionSystem(model.ecm, task, model.site, beliefs)
+        return predict(system, system.start(initial_values(model.site, to_doubles(task.start))), replans)
 
     def ablate(self, step: PlanStep) -> PlanStep:
         """Remove from a step the retries and the recovery that this variant leaves out.
@@ -126,20 +142,6 @@ class AerosAgent:
         if self._replans is None:
             return site
         return replace(site, limits=replace(site.limits, replans=self._replans))
-
-
-def initial_state(model: TrialModel, names: tuple[str, ...]) -> tuple[Any, ...]:
-    """Compute the state in which a trial of the task begins, as the symbolic plant has it.
-
-    Args:
-        model: site and task of the trial.
-        names: names of state variables.
-
-    Returns:
-        The value of each of `names`, in their order.
-    """
-    values = initial_values(model.site, to_doubles(model.task.start))
-    return tuple(values[name] for name in names)
 
 
 class _LimitedRuntime:

@@ -56,6 +56,7 @@ from aeros.session.assembly import build_executor
 from aeros.session.scene_files import scene_of_task
 from aeros.sim.referee import judge_goal
 from aeros.sim.symbolic.outcomes import OutcomeSampler, outcome_probabilities_by_skill
+from aeros.spec.closed_loop.giving_up import declared_beliefs
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.model.ecm import Ecm
@@ -197,6 +198,7 @@ class TaskTrials:
             module_with_failure_rate(ecm, settings),
             replace(routed.task, invariants=()),
             premises.configuration.site,
+            declared_beliefs(ecm),
         )
         rate = float(Fraction(settings["rate"]))
         try:

@@ -2,14 +2,14 @@
 
 Z3 looks at its own time limit now and then, and its resource units do not count all of its work: a question
 with products of ten variables took minutes for a budget of a second. So every question is put to another
-process, which sets an alarm before it answers and dies by it, whatever code it is in.
+process, which sets an alarm before it answers and dies by it, whatever code it is in. The alarm counts
+processor time, so that a busy machine changes no answer.
 """
 
 from __future__ import annotations
 
 import atexit
 import json
-import math
 import os
 import pickle
 import resource
@@ -39,7 +39,10 @@ if TYPE_CHECKING:
     from aeros.spec.backends.z3_solver import IncrementalSolver
 
 GRACE_S: Final = 2
-"""Seconds after the time limit for which a solver may go on before its process ends."""
+"""Seconds of processor time after the limit for which a solver may go on before its process ends."""
+
+_WAITING: Final = 10
+"""A solver may take so many times its limit by the clock, for the sake of others that use the processor."""
 
 MAX_MEMORY_BYTES: Final = 4 << 30
 """Memory that a solver may use, bytes; the shipped modules and theorems need a twentieth."""
@@ -80,13 +83,13 @@ class SolverProcess:
         Args:
             answer: function of a module that answers it.
             arguments: its arguments; they and the answer can be pickled.
-            seconds: time limit, s.
+            seconds: limit of processor time, s.
 
         Returns:
             The answer.
 
         Raises:
-            NoAnswerError: there is none `seconds` and at most a few seconds later, or it cannot be had.
+            NoAnswerError: there is none after `seconds` and at most a few more, or it cannot be had.
         """
         try:
             question = pickle.dumps((answer, arguments, seconds))
@@ -99,7 +102,7 @@ class SolverProcess:
             content = b""
             try:
                 _send(cast("IO[bytes]", process.stdin), question)
-                content = _receive(cast("IO[bytes]", process.stdout), seconds + 2 * GRACE_S)
+                content = _receive(cast("IO[bytes]", process.stdout), _WAITING * (seconds + 2 * GRACE_S))
             except OSError:
                 pass  # it has ended, as below
             except BaseException:
@@ -111,7 +114,7 @@ class SolverProcess:
                     raise NoAnswerError(reason)
                 return cast("_T", found)
             self._end()
-            if process.returncode in (-signal.SIGALRM, -signal.SIGKILL):
+            if process.returncode in (-signal.SIGPROF, -signal.SIGKILL):
                 raise NoAnswerError(timeout_answer(seconds).reason)
             raise NoAnswerError(f"the solver's process has ended ({process.returncode})")
 
@@ -270,21 +273,21 @@ def answer_questions() -> None:
     import aeros.spec.backends.z3_group  # noqa: F401
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that asks
-    signal.signal(signal.SIGALRM, signal.SIG_DFL)  # ends this process, also amid the code of a solver
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)  # ends this process, also amid the code of a solver
     hard = resource.getrlimit(resource.RLIMIT_AS)[1]
     most = MAX_MEMORY_BYTES if hard == resource.RLIM_INFINITY else min(hard, MAX_MEMORY_BYTES)
     resource.setrlimit(resource.RLIMIT_AS, (most, hard))
     _send(sys.stdout.buffer, b"ready")
     while question := _receive(sys.stdin.buffer, None):
         answer, arguments, seconds = pickle.loads(question)  # noqa: S301  from our parent process
-        signal.alarm(math.ceil(seconds) + GRACE_S)
+        signal.setitimer(signal.ITIMER_PROF, seconds + GRACE_S)
         try:
             content = pickle.dumps((answer(*arguments), ""))
         except (MemoryError, RecursionError) as error:
             content = pickle.dumps((None, f"the solver gave up: {type(error).__name__}"))
         except NoAnswerError as error:
             content = pickle.dumps((None, str(error)))
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
         _send(sys.stdout.buffer, content)
 
 

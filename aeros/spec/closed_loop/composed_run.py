@@ -26,6 +26,7 @@ from itertools import product
 from types import MappingProxyType
 from typing import Final, Literal
 
+from aeros.spec.closed_loop.giving_up import RunHistory
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition, UnsettledError
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.expr import terms as t
@@ -445,5 +446,5 @@ def _merged(base: State, states: Iterable[State]) -> State:
     for state in states:
         for place, (old, new) in enumerate(zip(base, state, strict=True)):
             if new != old:
-                merged[place] = new
+                merged[place] = merged[place].with_branch(old, new) if isinstance(new, RunHistory) else new
     return tuple(merged)

@@ -10,6 +10,7 @@ from math import prod
 from typing import Any, Final, NamedTuple
 
 from aeros.spec.closed_loop.definition_facts import UNDECIDED, OutcomeValues
+from aeros.spec.closed_loop.giving_up import RunRule
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.effects import QuantityRange, value_after
@@ -23,7 +24,10 @@ MAX_UNSETTLED: Final = 256
 """Greatest number of states that one outcome may lead to, as it leaves variables at any of several values."""
 
 State = tuple[Any, ...]
-"""A value for each state variable of a task, in the order of `TransitionSystem.names`."""
+"""A value for each state variable of a task, in the order of `TransitionSystem.names`.
+
+With a rule of giving up, the history of the run follows (`giving_up.py`).
+"""
 
 FindValues = Callable[[Skill, Outcome], OutcomeValues]
 
@@ -138,6 +142,7 @@ class Invocation:
         settable: predicates that some skill of the loop can set, so that nothing else changes them after the
             hold-condition broke.
         values_after: finds the values that variables may have after an outcome that does not state them.
+        rule: keeps the history of the run in each state; None for states without a history.
         has_unknown: a predicate that an outcome leaves at either value is None afterwards; else there is a
             state for each value.
 
@@ -156,6 +161,7 @@ class Invocation:
         names: tuple[str, ...],
         settable: Collection[str] = (),
         values_after: FindValues = lambda _skill, _outcome: UNDECIDED,
+        rule: RunRule | None = None,
         *,
         has_unknown: bool = False,
     ) -> None:
@@ -168,6 +174,7 @@ class Invocation:
         self.unsettled = ""
         self._names = names
         self._has_unknown = has_unknown
+        self._rule = rule
         self._outcomes = [
             _effects_of(outcome, share, names, values_after(skill, outcome))
             for outcome, share in outcome_probabilities(skill.outcomes.values())
@@ -236,9 +243,7 @@ class Invocation:
                         "state it as an effect of that outcome"
                     )
                 share = one.share / len(states)
-                results.append(
-                    [(tuple(after), self._measured_outcome(state, after), share) for after in states]
-                )
+                results.append([(*self._measured(state, after), share) for after in states])
         results += [
             [(tuple(after), one.outcome, Fraction(0)) for after in self._states_after(state, one)]
             for one in self._unheld
@@ -281,6 +286,12 @@ class Invocation:
         if self._has_unknown:
             return states
         return [each for each in states if all(holds(tuple(each)) for holds in one.constraints)]
+
+    def _measured(self, before: State, after: list[Any]) -> tuple[State, Outcome]:
+        outcome = self._measured_outcome(before, after)
+        if self._rule is not None:
+            after[-1] = self._rule.after_step(before, self.name, outcome)
+        return tuple(after), outcome
 
     def _measured_outcome(self, before: State, after: list[Any]) -> Outcome:
         matching = [one.outcome for one in self._outcomes if one.is_measured(before, after)]

@@ -74,7 +74,7 @@ class LoopVariables:
         defining = self._defining_conditions()
         self.values: dict[str, Values] = {}
         self.breakpoints: dict[str, frozenset[Fraction]] = {}
-        quantities = [name for name, one in self.variables.items() if _is_quantity(one)]
+        quantities = [name for name, one in self.variables.items() if is_quantity(one)]
         for name, one in self.variables.items():
             if name not in quantities:
                 self.values[name] = _listed_values(self.declared[name], one)
@@ -195,7 +195,15 @@ class LoopVariables:
         return values
 
 
-def _is_quantity(variable: t.Variable) -> bool:
+def is_quantity(variable: t.Variable) -> bool:
+    """Tell if a variable is no predicate: a real number, of which measured values are never quite the same.
+
+    Args:
+        variable: a scalar state variable.
+
+    Returns:
+        False for truths, members of enums and whole numbers.
+    """
     return isinstance(variable.type, RealType) and not isinstance(variable.type, IntegerType)
 
 

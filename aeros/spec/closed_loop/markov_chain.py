@@ -78,7 +78,7 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
         elif node.phase == "rejected" and made < replans:
             # The agent plans once more, the plan is rejected for the same reason, and the agent gives up.
             replanned += probability
-        elif node.phase == "plan" and made and moves[0].target.phase != "reached":
+        elif node.phase == "plan" and made and moves[0].target.phase not in ("reached", "given up"):
             if made > replans:
                 continue
             replanned += probability
@@ -147,5 +147,5 @@ def rank_of(made: int, node: LoopState) -> tuple[int, ...]:
         return (made, 0)
     if node.phase == "reset":
         return (made, 1, 1)
-    ended = node.phase in ("reached", "rejected")
+    ended = node.phase in ("reached", "rejected", "given up")
     return (made, 2 if ended else 1, -len(node.remaining_rules), node.tries, node.phase == "try")

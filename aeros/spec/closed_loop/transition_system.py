@@ -19,7 +19,7 @@ other (`aeros.spec.model.hold_conditions`).  So every recovery is repeatable, an
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
@@ -27,9 +27,16 @@ from itertools import product
 from typing import Any, Final, Literal, TypeAlias
 
 from aeros.spec.closed_loop.composed_run import ComposedRun, Role, RunTooLargeError
+from aeros.spec.closed_loop.giving_up import AgentBeliefs, RunRule
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition, UnsettledError
 from aeros.spec.closed_loop.loop_stops import stop_in_loop
-from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError, recoveries_of, skills_of
+from aeros.spec.closed_loop.loop_variables import (
+    LoopVariables,
+    StateSpaceError,
+    is_quantity,
+    recoveries_of,
+    skills_of,
+)
 from aeros.spec.consequences.consequences import (
     known_definitions,
     uncertain_predicates,
@@ -50,14 +57,14 @@ class LoopState:
 
     Attributes:
         phase: `plan` (about to plan), `try`, `recover` (between two tries) or `reset` (after the last try) of
-            the first step of `remaining_rules`, `reached` (the goal is measured), or `rejected` (no plan is
-            accepted here, and another would be the same).
+            the first step of `remaining_rules`, `reached` (the goal is measured), `rejected` (no plan is
+            accepted here, and another would be the same), or `given up` (by `giving_up.py`).
         state: a value for each predicate.
         remaining_rules: the rules of the current plan that are still to be run, by index.
         tries: failed tries of the current step.
     """
 
-    phase: Literal["plan", "try", "recover", "reset", "reached", "rejected"]
+    phase: Literal["plan", "try", "recover", "reset", "reached", "rejected", "given up"]
     state: State
     remaining_rules: tuple[int, ...] = ()
     tries: int = 0
@@ -116,12 +123,15 @@ class TransitionSystem:
         stop: describes the stop of a part of a composition as a skill that only fails.
     """
 
-    def __init__(self, ecm: Ecm, task: Task, site: Site) -> None:
+    def __init__(self, ecm: Ecm, task: Task, site: Site, beliefs: AgentBeliefs | None = None) -> None:
+        self._with_beliefs = partial(TransitionSystem, ecm, task, site)
+        self._beliefs = beliefs
         ecm = with_consequences(ecm, site)
         self.ecm, self.task = ecm, task
         self.variables = LoopVariables(ecm, task, site)
         self.names = tuple(self.variables.variables)
         self._skills, definitions = ecm.callable_skills, known_definitions(ecm)
+        self._rule = None if beliefs is None else self._run_rule(beliefs)
         self.stop = partial(stop_in_loop, skills=self._skills, state=site.state, definitions=definitions)
         self._invocations: list[Invocation] = []
         settable = {
@@ -167,6 +177,55 @@ class TransitionSystem:
         """Reason that the probability of a move explored so far is not known; empty if all are known."""
         return _inexact_reason(self._invocations, [way for ways in self._steps for way in ways])
 
+    def start(self, values: Mapping[str, Any]) -> State:
+        """Make the state in which a run starts.
+
+        Args:
+            values: value of each state variable of the loop, and perhaps of others.
+
+        Returns:
+            The values in the order of `names`; with beliefs the history of the run follows.
+        """
+        state = tuple(values[name] for name in self.names)
+        return state if self._rule is None else self._rule.begin(state)
+
+    def never_giving_up(self) -> TransitionSystem:
+        """Make the system of an agent that tries until its plans are used up.
+
+        Returns:
+            A system in which success is at least as likely.
+        """
+        return self._with_beliefs()
+
+    def giving_up_soonest(self) -> TransitionSystem:
+        """Make the system of an agent that gives up no later than this one, in whatever state a step failed.
+
+        Returns:
+            A system in which success is at most as likely.
+        """
+        return self._with_beliefs(self._beliefs and replace(self._beliefs, in_any_state=True))
+
+    def _run_rule(self, beliefs: AgentBeliefs) -> RunRule:
+        measured = [
+            place
+            for place, (name, one) in enumerate(self.variables.variables.items())
+            if not (is_quantity(one) or name in beliefs.hidden or beliefs.in_any_state)
+        ]
+        choices = {
+            one.name
+            for rule in self.task.rules
+            for several in [self.ecm.alternatives(rule.skill)]
+            for one in several
+            if len({beliefs.names.get(each.name, each.name) for each in several}) > 1
+        }
+        helped = (self.ecm.providers(name) for rule in self.task.rules for name in recoveries_of(rule))
+        choices.update(name for several in helped if len(several) > 1 for name in several)
+        return RunRule(beliefs, measured, choices)
+
+    def _is_over(self, state: State) -> bool:
+        """Tell if nothing more starts."""
+        return self._goal(state) or (self._rule is not None and self._rule.has_ended(state))
+
     def _invocation(self, skill: str, inputs: Mapping[str, Any]) -> Invocation:
         made = self._invocation_of(self._skills[skill], inputs)
         self._invocations.append(made)
@@ -174,7 +233,8 @@ class TransitionSystem:
 
     def _invocation_of(self, skill: Skill, inputs: Mapping[str, Any]) -> Invocation:
         try:
-            return Invocation(skill, inputs, self.names, self._settable, self.variables.after)
+            found = (skill, inputs, self.names, self._settable, self.variables.after, self._rule)
+            return Invocation(*found)
         except UnsettledError as error:
             raise StateSpaceError(str(error)) from error
 
@@ -189,7 +249,7 @@ class TransitionSystem:
             composition,
             self._invocation,
             self.condition,
-            self._goal,
+            self._is_over,
             lambda part: self._invocation_of(self.stop(part, composition), {}),
             lambda part: may_be_late(part, composition.handlers, self._skills),
             self._uncertain,
@@ -223,14 +283,16 @@ class TransitionSystem:
         Returns:
             Every move; none where the loop has ended.
         """
-        if node.phase in ("reached", "rejected"):
+        if node.phase in ("reached", "rejected", "given up"):
             return []
         if self._goal(node.state):
             return [Transition(LoopState("reached", node.state))]
+        if self._is_over(node.state):
+            return [Transition(LoopState("given up", node.state))]
         if node.phase == "plan":
             return [Transition(self._compute_plan(node.state))]
         if not node.remaining_rules:
-            return [Transition(LoopState("plan", node.state))]
+            return [Transition(self._finished(node.state))]
         if node.phase == "reset":
             return self._recovery_transitions(node)
         if self._unless[node.remaining_rules[0]](node.state):
@@ -280,7 +342,19 @@ class TransitionSystem:
 
     def _compute_plan(self, state: State) -> LoopState:
         plan = self.plan(state)
-        return LoopState("rejected", state) if self.rejection(plan) else LoopState("try", state, plan)
+        if self.rejection(plan):
+            return LoopState("rejected", state)
+        return LoopState("try", state if self._rule is None else self._rule.planned(state, plan), plan)
+
+    def _plan_again(self, state: State) -> LoopState:
+        return LoopState("plan", state if self._rule is None else self._rule.planned(state, ()))
+
+    def _finished(self, state: State) -> LoopState:
+        """Return the node after a plan that was carried out and has not reached the goal."""
+        return self._plan_again(state if self._rule is None else self._rule.finished(state))
+
+    def _not_started(self, state: State, index: int) -> LoopState:
+        return self._plan_again(state if self._rule is None else self._rule.not_started(state, index))
 
     def _rejection(self, plan: tuple[int, ...]) -> str | None:
         if not plan:
@@ -299,17 +373,22 @@ class TransitionSystem:
         index, rest = node.remaining_rules[0], node.remaining_rules[1:]
         able = [way for way in self._steps[index] if way.can_start(node.state)]
         if not able:
-            is_failure = node.tries > 0
-            return [
-                Transition(self._failed(index, node.state) if is_failure else LoopState("plan", node.state))
-            ]
+            if node.tries > 0:
+                return [Transition(self._failed(index, node.state))]
+            return [Transition(self._not_started(node.state, index))]
+        if self._rule is not None and any(self._rule.is_spent(node.state, way.name) for way in able):
+            return [Transition(LoopState("given up", node.state))]
         last = node.tries >= self.task.rules[index].retry
         role: Role = "retry" if node.tries else "step"
         moves = []
         for way, move in [(one, move) for one in able for move in one.moves(node.state, role)]:
             state = move.state
+            if self._rule is not None and move.is_failure and not move.is_verdict:
+                state = self._rule.continued(state) if self._unless[index](state) else state
             if not move.is_failure or (last and self._unless[index](state)):
                 target = LoopState("try", state, rest)
+            elif self._rule is not None and move.is_verdict:
+                target = self._plan_again(state)
             elif last:
                 target = self._failed(index, state)
             else:
@@ -324,24 +403,26 @@ class TransitionSystem:
     def _failed(self, index: int, state: State) -> LoopState:
         """Return the node after the last try of a rule's step has failed."""
         if not self._recoveries["reset"][index]:
-            return LoopState("plan", state)
+            return self._plan_again(state)
         return LoopState("reset", state, (index,), self.task.rules[index].retry + 1)
 
     def _recovery_transitions(self, node: LoopState) -> list[Transition]:
         """List the moves of a recovery; one that cannot start is skipped."""
 
-        def after(state: State) -> LoopState:
-            if node.phase == "reset":
-                return LoopState("plan", state)
+        def after(state: State, *, is_verdict: bool = False) -> LoopState:
+            if node.phase == "reset" or is_verdict:
+                return self._plan_again(state)
             return LoopState("try", state, node.remaining_rules, node.tries)
 
         helpers = self._recoveries[node.phase][node.remaining_rules[0]]
         able = [one for one in helpers if one.can_start(node.state)]
         if not able:
             return [Transition(after(node.state))]
+        if self._rule is not None and any(self._rule.is_spent(node.state, one.name) for one in able):
+            return [Transition(LoopState("given up", node.state))]
         return [
             Transition(
-                after(state),
+                after(state, is_verdict=self._rule is not None and bool(outcome.verdict)),
                 probability / len(able),
                 "recovery",
                 f"{one.name} → {outcome.id}",
@@ -367,6 +448,7 @@ class _Ending:
     case: str = ""
     undecided: Fraction = Fraction(0)
     is_open: bool = False
+    is_verdict: bool = False
 
     def transition(self, target: LoopState, choices: int, role: Role, way: str) -> Transition:
         """Return the move to where the loop goes on; each of the agent's choices is as likely as another."""
@@ -395,8 +477,11 @@ class _SkillWay:
     def moves(self, state: State, _: Role) -> Iterator[_Ending]:
         for number, case in enumerate(self.invocation.cases(state)):
             for after, outcome, probability in case:
-                label = f"{self.name} → {outcome.id}"
-                yield _Ending(after, outcome.failure, probability, label, case=_case_name(number, case))
+                yield _Ending(
+                    *(after, outcome.failure, probability, f"{self.name} → {outcome.id}"),
+                    case=_case_name(number, case),
+                    is_verdict=bool(outcome.verdict),
+                )
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ import unicodedata
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import groupby
+from textwrap import wrap
 from typing import Any, Final
 
 from aeros.spec.diagnostics.characters import escape_hidden
@@ -26,47 +27,47 @@ _LEAD: Final = 40  # characters shown before the mark in a shortened line
 _LONGEST_TEXT: Final = 4000  # characters of a headline, label or note that are shown
 
 Paint = Callable[[str, str], str]
+"""Function of a text and its role that colours it; roles are `gutter`, `secondary`, and the words shown."""
 
-_COLOURS: Final = {
-    "error": "1;31",
-    "warning": "1;33",
-    "note": "1;36",
-    "help": "1;32",
-    "gutter": "34",
-    "secondary": "34",
-}
+_LEAST_LABEL: Final = 24
+"""Columns that a label gets on however narrow a terminal."""
 
 
-def render_all(diagnostics: Iterable[Diagnostic], *, colour: bool = False) -> str:
+def render_all(
+    diagnostics: Iterable[Diagnostic], *, paint: Paint | None = None, width: int | None = None
+) -> str:
     """Render diagnostics as text.
 
     Args:
         diagnostics: diagnostics, in the order to show.
-        colour: colour the text with ANSI escapes.
+        paint: colours the text; None for no colours.
+        width: columns of the terminal, into which marked lines must fit; None for no limit.
 
     Returns:
         Their texts, with an empty line between two.
     """
-    return "\n".join(render_text(diagnostic, colour=colour) for diagnostic in diagnostics)
+    return "\n".join(render_text(diagnostic, paint=paint, width=width) for diagnostic in diagnostics)
 
 
-def render_text(diagnostic: Diagnostic, *, colour: bool = False) -> str:
+def render_text(diagnostic: Diagnostic, *, paint: Paint | None = None, width: int | None = None) -> str:
     """Render a diagnostic as lines for a terminal.
 
     Args:
         diagnostic: the diagnostic.
-        colour: colour the text with ANSI escapes.
+        paint: colours the text; None for no colours.
+        width: columns of the terminal, into which marked lines must fit; None for no limit. Headline, notes
+            and help are one line each: whatever writes them wraps them.
 
     Returns:
         Headline, marked source lines, notes and help; ends with a line break.
     """
-    paint = _colour if colour else _plain
+    paint = paint or _plain
     severity = diagnostic.severity.value
     slug = CODES[diagnostic.code].slug
     rows = [
         f"{paint(f'{severity}[{diagnostic.code}]', severity)} {slug}: {escape_invisible(diagnostic.headline)}"
     ]
-    rows += _snippets(diagnostic, paint)
+    rows += _snippets(diagnostic, paint, width)
     for word, texts in (("note", diagnostic.notes), ("help", diagnostic.help)):
         for text in texts:
             # Later lines are indented, so text cannot pose as the next diagnostic.
@@ -134,10 +135,6 @@ def _plain(text: str, role: str) -> str:
     return text
 
 
-def _colour(text: str, role: str) -> str:
-    return f"\x1b[{_COLOURS[role]}m{text}\x1b[0m"
-
-
 @dataclass(frozen=True, slots=True)
 class _LabelMark:
     """Mark of one label on its first line: offsets within the line, the sign drawn, its colour."""
@@ -165,7 +162,7 @@ class _Row:
         return "".join(paint(text, role) if role else text for role, text in texts)
 
 
-def _snippets(diagnostic: Diagnostic, paint: Paint) -> list[str]:
+def _snippets(diagnostic: Diagnostic, paint: Paint, screen: int | None) -> list[str]:
     """Render the location line and the marked source lines, the primary label's file first."""
     if diagnostic.primary is None:
         labels = [(label, False) for label in diagnostic.secondary]
@@ -182,7 +179,7 @@ def _snippets(diagnostic: Diagnostic, paint: Paint) -> list[str]:
     rows: list[str] = []
     for source, place in places.items():
         rows.append(_location(place, ":::" if rows else "-->", width, paint))
-        rows += _marked_lines(source, marks[source], width, paint)
+        rows += _marked_lines(source, marks[source], width, paint, screen)
     return rows
 
 
@@ -217,33 +214,45 @@ def _marks(label: SpanLabel, sign: str, role: str) -> list[tuple[int, list[_Labe
     return [(span.line, []), *marks]
 
 
-def _marked_lines(source: Source, marks: dict[int, list[_LabelMark]], width: int, paint: Paint) -> list[str]:
+def _marked_lines(
+    source: Source, marks: dict[int, list[_LabelMark]], width: int, paint: Paint, screen: int | None
+) -> list[str]:
     rows: list[str] = []
     previous = None
+    room = None if screen is None else max(screen - width - len(" | "), _LEAST_LABEL)
     for line in sorted(marks):
         if previous is not None and line > previous + 1:
             rows.append(paint("...", "gutter"))
-        shown, columns = _window(source.line_text(line), marks[line])
+        shown, columns = _window(source.line_text(line), marks[line], room)
         rows.append(f"{paint(f'{line:>{width}} |', 'gutter')} {shown}".rstrip())
         gutter = paint(f"{'':>{width}} |", "gutter")
         if marks[line]:
-            rows += [f"{gutter} {row.to_text(paint)}" for row in _rows_below(marks[line], columns)]
+            rows += [f"{gutter} {row.to_text(paint)}" for row in _rows_below(marks[line], columns, room)]
         previous = line
     return rows
 
 
-def _window(text: str, marks: list[_LabelMark]) -> tuple[str, Callable[[int], int]]:
+def _window(text: str, marks: list[_LabelMark], room: int | None) -> tuple[str, Callable[[int], int]]:
     """Cut out the part of a line to show, made safe; map each offset of it to its column on the screen."""
-    low, high = 0, len(text)
-    if high > LONGEST_LINE:
-        low = max(0, min((marks[0].start if marks else 0) - _LEAD, high - LONGEST_LINE))
-        high = low + LONGEST_LINE
-    before, after = "…" if low > 0 else "", "…" if high < len(text) else ""
+    low, high, most = 0, len(text), LONGEST_LINE
+    if room is not None and _columns(escape_hidden(text[:most], _escape_character)) > room:
+        most = min(most, room - len("……"))
+    if high > most:
+        low = max(0, min((marks[0].start if marks else 0) - min(_LEAD, most // 4), high - most))
+        high = low + most
     parts = escape_hidden(text[low:high], _escape_character)
+    while room is not None and high > low + 1 and _columns(parts) > room - len("……"):
+        high -= 1
+        parts.pop()
+    before, after = "…" if low > 0 else "", "…" if high < len(text) else ""
     columns = [len(before)]
     for part in parts:
         columns.append(columns[-1] + sum(map(_width, part)))
     return f"{before}{''.join(parts)}{after}", lambda offset: columns[min(max(offset, low), high) - low]
+
+
+def _columns(parts: Iterable[str]) -> int:
+    return sum(_width(character) for part in parts for character in part)
 
 
 def _width(character: str) -> int:
@@ -253,8 +262,8 @@ def _width(character: str) -> int:
     return 2 if unicodedata.east_asian_width(character) in "WF" else 1
 
 
-def _rows_below(marks: list[_LabelMark], column_of: Callable[[int], int]) -> list[_Row]:
-    """Draw the row of carets and dashes with the last label on it, then a row for each other label."""
+def _rows_below(marks: list[_LabelMark], column_of: Callable[[int], int], room: int | None) -> list[_Row]:
+    """Draw the row of carets and dashes with the last label on it, then rows for each other label."""
     placed = [(column_of(m.start), max(column_of(m.end), column_of(m.start) + 1), m) for m in marks]
     first = _Row()
     for start, end, mark in sorted(placed, key=lambda item: item[2].sign == "^"):  # carets over dashes
@@ -262,15 +271,21 @@ def _rows_below(marks: list[_LabelMark], column_of: Callable[[int], int]) -> lis
     waiting = sorted((item for item in placed if item[2].text), key=lambda item: item[0])
     furthest = max(end for _, end, _ in placed)
     if waiting and waiting[-1][1] == furthest:
-        _, end, mark = waiting.pop()
-        first.put(end + 1, mark.text, mark.role)
+        _, end, mark = waiting[-1]
+        if room is None or end + 1 + len(mark.text) <= room:
+            first.put(end + 1, mark.text, mark.role)
+            waiting.pop()
     rows = [first]
     while waiting:
         start, _, mark = waiting.pop()
-        row = _Row()
-        for left, _, other in waiting:
-            if left < start:
-                row.put(left, "|", other.role)
-        row.put(start, mark.text, mark.role)
-        rows.append(row)
+        # Near the right border, a label stands further left, below its mark.
+        column = start if room is None else max(0, min(start, room - min(len(mark.text), _LEAST_LABEL)))
+        texts = [mark.text] if room is None else wrap(mark.text, room - column, break_on_hyphens=False)
+        for text in texts:
+            row = _Row()
+            for left, _, other in waiting:
+                if left < column:
+                    row.put(left, "|", other.role)
+            row.put(column, text, mark.role)
+            rows.append(row)
     return rows

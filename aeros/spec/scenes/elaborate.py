@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
-from math import degrees
+from math import degrees, hypot
 from pathlib import Path
 from typing import Final, TypeVar
 
@@ -42,6 +42,9 @@ _T = TypeVar("_T")
 
 _DEFAULT_FIELD_OF_VIEW: Final = 50.0
 """Vertical angle of view, degrees."""
+
+_LEAST_SINE: Final = 1e-3
+"""Sine of the least angle between the way that a camera looks and the direction that is up in its picture."""
 
 _DEFAULT_SIZE: Final = (320, 240)
 
@@ -158,11 +161,18 @@ class _SceneElaborator:
         if camera.up is not None:
             x, y, z = (float(part.value) for part in camera.up)
             up = (x, y, z)
+        eye, target = number.point(camera.eye), number.point(camera.target)
+        if _looks_along(eye, target, up):
+            number.report(
+                "a camera has its `target` away from its `eye`, and looks another way than `up`",
+                camera.span,
+                "write `up: [1, 0, 0]` for one that looks straight down",
+            )
         width, height = _DEFAULT_SIZE if camera.size is None else (part.value for part in camera.size)
         return SceneCamera(
             "cell" if camera.on is None else camera.on.value,
-            number.point(camera.eye),
-            number.point(camera.target),
+            eye,
+            target,
             up,
             _DEFAULT_FIELD_OF_VIEW if angle is None else angle,
             width,
@@ -309,6 +319,13 @@ class _SceneElaborator:
             press.inside.value,
             press.seal.value,
         )
+
+
+def _looks_along(eye: Sequence[float], target: Sequence[float], up: Sequence[float]) -> bool:
+    """Return True if a camera looks nowhere, or along the direction that is up in its picture."""
+    (x, y, z), (right, ahead, above) = (b - a for a, b in zip(eye, target, strict=True)), up
+    across = hypot(y * above - z * ahead, z * right - x * above, x * ahead - y * right)
+    return across <= _LEAST_SINE * hypot(x, y, z) * hypot(*up)
 
 
 def _full_name(variable: str, scene: declared.Scene) -> str:

@@ -27,13 +27,25 @@ def reference_site_path() -> Path:
 
 
 def reference_modules_path() -> Path:
-    """Return the folder of the modules that come with AEROS: `ecms` of its clone, or its copy in a wheel.
+    """Return the folder of the modules that come with AEROS.
+
+    Returns:
+        Its path.
+    """
+    return shipped_folder("ecms")
+
+
+def shipped_folder(name: str) -> Path:
+    """Return a folder that comes with AEROS beside the package: that of its clone, or its copy in a wheel.
+
+    Args:
+        name: name of the folder in the clone.
 
     Returns:
         Its path.
     """
     root = Path(aeros.__file__).parent.parent
-    return root / "ecms" if (root / "pyproject.toml").exists() else root / "aeros_reference" / "ecms"
+    return root / name if (root / "pyproject.toml").exists() else root / "aeros_reference" / name
 
 
 def module_folders(path: Path, diagnostics: Diagnostics) -> list[Path]:

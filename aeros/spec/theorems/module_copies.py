@@ -12,8 +12,9 @@ import builtins
 import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any
 
 from aeros.spec.diagnostics.errors import InternalError
@@ -43,7 +44,7 @@ class ModuleSource:
 
     def __init__(self, mutant: Mutant | None = None) -> None:
         self._mutant = mutant
-        self._compiled: dict[str, Any] = {}
+        self._compiled: dict[str, CodeType] = {}
         self.loaded: set[str] = set()
 
     def module(self, name: str, /, *, using: Sequence[ModuleType] = (), **stubs: Any) -> ModuleType:
@@ -64,7 +65,7 @@ class ModuleSource:
         copy.__file__ = str(_path(name))
         vars(copy)["__builtins__"] = {**_BUILTINS, "__import__": _import_hook(using)}
         if name not in self._compiled:
-            self._compiled[name] = compile(self.source(name), copy.__file__, "exec", dont_inherit=True)
+            self._compiled[name] = _compiled(self.source(name), copy.__file__)
         exec(self._compiled[name], vars(copy))  # noqa: S102 - it is AEROS's own code
         install_stubs(copy, stubs)
         return copy
@@ -89,9 +90,21 @@ class ModuleSource:
         if found != 1:
             raise InternalError(f"the mutant `{self._mutant.name}` does not apply: found {found} times")
         broken = source.replace(self._mutant.old, self._mutant.new)
-        if ast.dump(ast.parse(broken)) == ast.dump(ast.parse(source)):
+        if _syntax(broken) == _syntax(source):
             raise InternalError(f"the mutant `{self._mutant.name}` changes nothing")
         return broken
+
+
+@lru_cache(maxsize=1 << 8)
+def _compiled(source: str, file: str) -> CodeType:
+    """Compile a module; mutants of other modules have the same source of this one."""
+    return compile(source, file, "exec", dont_inherit=True)
+
+
+@lru_cache(maxsize=1 << 6)
+def _syntax(source: str) -> str:
+    """Return the syntax tree of a module as text."""
+    return ast.dump(ast.parse(source))
 
 
 def install_stubs(module: ModuleType, stubs: Mapping[str, Any]) -> None:

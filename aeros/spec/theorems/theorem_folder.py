@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-import aeros
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.obligations.verdicts import Verdict
+from aeros.spec.text.discovery import shipped_folder
 from aeros.spec.theorems.check import Counterexample, MutantResult, TheoremObligationResult
 from aeros.spec.theorems.theorem import Theorem
 
@@ -26,12 +26,12 @@ EXPECTED: Final = "expected.json"
 
 
 def proofs_folder() -> Path:
-    """Return the folder of theorems next to the package; it does not exist if AEROS was installed as a wheel.
+    """Return the folder of theorems: `proofs` of the clone, or its copy in a wheel.
 
     Returns:
-        The path of `proofs/`.
+        Its path.
     """
-    return Path(aeros.__file__).parents[1] / "proofs"
+    return shipped_folder("proofs")
 
 
 def theorem_folders(proofs: Path) -> dict[str, Path]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from aeros.spec.closed_loop.giving_up import declared_beliefs
 from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
 from tests.differential.reference_cases import REFERENCE, predicted, reference
 
@@ -48,9 +49,9 @@ def prism(system: TransitionSystem, start: LoopState, replans: int) -> str:
 @pytest.mark.parametrize("name", REFERENCE)
 def test_storm_finds_the_same_probability_and_work(name: str, replans: int, tmp_path: Path) -> None:
     case = reference(name, replans)
-    system = TransitionSystem(case.ecm, case.task, case.site)
+    system = TransitionSystem(case.ecm, case.task, case.site, declared_beliefs(case.ecm))
     file = tmp_path / "loop.prism"
-    start = LoopState("plan", tuple(case.start[one] for one in system.names))
+    start = LoopState("plan", system.start(case.start))
     file.write_text(prism(system, start, replans), encoding="utf-8")
     program = stormpy.parse_prism_program(str(file))
     asked = stormpy.parse_properties('P=? [F "reached"]; R{"steps"}=? [C]', program)

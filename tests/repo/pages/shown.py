@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import os
+import pty
 import re
 import subprocess
 import sys
+import termios
+import threading
+from contextlib import suppress
 from pathlib import Path
+from typing import Final
 
 from tests.commands.server import commands_folder
 
@@ -43,18 +48,50 @@ def shown_as_printed(shown: str, printed: str) -> str:
     return "".join(f"{line.rstrip()}\n" for line in found)
 
 
-def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run it in `folder`; `tests.commands.server` runs `aeros` and `python FILE`."""
+_COLUMNS: Final = 120
+"""Width of the terminal whose lines the pages show, as no line of a page is longer."""
+
+
+def run(command: str, folder: Path, columns: int = _COLUMNS) -> subprocess.CompletedProcess[str]:
+    """Run it in `folder`, in a terminal without colours; standard error is none, so no progress is shown.
+
+    `tests.commands.server` runs `aeros` and `python FILE`.
+    """
     path = os.pathsep.join((str(commands_folder()), str(Path(sys.executable).parent), os.environ["PATH"]))
-    return subprocess.run(
+    environment = {**os.environ, "PATH": path, "COLUMNS": str(columns), "NO_COLOR": "1", "TERM": "xterm"}
+    terminal, output = pty.openpty()
+    attributes = termios.tcgetattr(output)
+    attributes[1] &= ~termios.OPOST  # line feeds stay as they are
+    termios.tcsetattr(output, termios.TCSANOW, attributes)
+    with subprocess.Popen(
         ["/bin/sh", "-c", command],
         cwd=folder,
-        env={**os.environ, "PATH": path},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=output,
+        stderr=subprocess.PIPE,
+    ) as process:
+        os.close(output)
+        printed: list[bytes] = []
+        reader = threading.Thread(target=_read, args=(terminal, printed))
+        reader.start()
+        try:
+            _, errors = process.communicate(timeout=300)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            raise
+        reader.join()
+        os.close(terminal)
+    return subprocess.CompletedProcess(
+        command, process.returncode, b"".join(printed).decode(), errors.decode(errors="backslashreplace")
     )
+
+
+def _read(terminal: int, printed: list[bytes]) -> None:
+    """Read until no process has the other end any more."""
+    with suppress(OSError):
+        while piece := os.read(terminal, 65536):
+            printed.append(piece)
 
 
 def carry_out(command: str, shown: str, folder: Path, *, refused: bool = False) -> str:

@@ -39,7 +39,7 @@ if UPDATE:
     def test_the_outputs_are_rewritten(clone: Path) -> None:
         def with_outputs(block: re.Match[str]) -> str:
             found = COMMAND.findall(block[1])
-            parts = [f"$ {command}\n{run(command, clone).stdout}" for command, _ in found]
+            parts = [f"$ {command}\n{run(command, clone, _WIDEST).stdout}" for command, _ in found]
             return "```console\n" + "".join(parts) + "```"
 
         (ROOT / "README.md").write_text(CONSOLE.sub(with_outputs, _README), encoding="utf-8")
@@ -50,7 +50,7 @@ else:
     @pytest.mark.physics
     def test_the_commands_print_what_the_readme_shows(clone: Path) -> None:
         for command, shown in _COMMANDS:
-            ran = run(command, clone)
+            ran = run(command, clone, _WIDEST)
             assert numberless(ran.stdout) == numberless(shown), f"$ {command}\n{ran.stderr}"
 
 

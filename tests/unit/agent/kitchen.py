@@ -39,7 +39,9 @@ class Listed(Forgetful):
     def add_event(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
         self.events.append(kind)
 
-    def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
+    def success_record(
+        self, module: str, skill: str, context: str | None = None, until: int | None = None
+    ) -> SuccessRecord:
         return self.record
 
     def typical_duration(self, module: str, skill: str, code: str = "") -> DurationStats | None:  # type: ignore[override]

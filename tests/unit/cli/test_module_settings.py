@@ -83,14 +83,14 @@ def test_one_modules_settings_need_no_module() -> None:
 def test_every_setting_is_shown_with_its_reason(capsys: pytest.CaptureFixture[str]) -> None:
     print_settings(SETTINGS)
     assert capsys.readouterr().out.splitlines() == [
-        "  surface = bench  set; also possible: table (a volume)",
-        "  eye     = ?      open: top, side (a camera)",
-        "  go      = move   the only one here that suits (an action kind)",
-        "  arm     = arm    of the same name; also possible: leg (an actuator)",
-        "  foot    = ?      open (what it stands on)",
-        "  force   = 6 N    set; 1 to 8 N (on the surface)",
-        "  pause   = 2 s    default; 1 to 8 s",
-        "  count   = ?      open; int",
+        "  surface  = bench  set; also possible: table (a volume)",
+        "  eye      = ?      open: top, side (a camera)",
+        "  go       = move   the only one here that suits (an action kind)",
+        "  arm      = arm    of the same name; also possible: leg (an actuator)",
+        "  foot     = ?      open (what it stands on)",
+        "  force    = 6 N    set; 1 to 8 N (on the surface)",
+        "  pause    = 2 s    default; 1 to 8 s",
+        "  count    = ?      open; int",
     ]
 
 

@@ -7,6 +7,7 @@ from math import comb, sqrt
 
 import pytest
 
+from aeros.agent.execution.repeats import MOST_OF_A_KIND
 from aeros.experiments.architecture import build_architecture
 from aeros.experiments.catalogue import EnteredArchitecture, catalogue, read_data, select_rows
 from aeros.experiments.condition import TrialCondition
@@ -83,8 +84,9 @@ def test_numbers_in_explanations_are_those_that_can_be_computed() -> None:
     }.items():
         (text,) = (one for one in texts if one.startswith(start))
         assert all(number in text for number in numbers), (text, numbers)
-    (forgetful,) = (one for one in texts if "29 tries" in one)
-    assert f"{100 * 0.9**29:.1f} %, in place of 33 with {100 * 0.9**33:.1f} %" in forgetful
+    (stopped,) = (one for one in texts if one.startswith("What is exact takes each failure"))
+    assert MOST_OF_A_KIND == 3
+    assert f"fails with 0.9^3 = {100 * 0.9**MOST_OF_A_KIND:.1f} %" in stopped
     (by_chance,) = (one for one in texts if one.startswith("It is chance"))
     few = sum(comb(100, good) * 0.4**good * 0.6 ** (100 - good) for good in range(33))
     assert f"32 of them or fewer do with {100 * few:.0f} %" in by_chance

@@ -13,10 +13,12 @@ from aeros.experiments.architecture import (
     ArchitectureReport,
     Budget,
     TrialContext,
+    TrialModel,
     build_architecture,
 )
 from aeros.experiments.exact_prediction import predict
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.closed_loop.markov_chain import Prediction
 from tests.unit.experiments.support.common import FAILURES, model
 from tests.unit.experiments.support.entered import Dicey, Endless, Raising, Stubborn
 
@@ -51,10 +53,29 @@ def test_at_equal_budgets_all_that_go_on_succeed_as_often(task: str, tries: int)
         assert found.success == 1 - rate**tries, name
 
 
-@pytest.mark.parametrize(("name", "budget"), [("aeros", Budget(tries=3)), ("flat", Budget(seconds=3.0))])
-def test_of_a_budget_that_no_chain_has_nothing_is_predicted(name: str, budget: Budget) -> None:
+def test_of_a_budget_of_time_nothing_is_predicted() -> None:
     with pytest.raises(StateSpaceError, match="budget"):
-        predict(lambda: build_architecture(name, {}), model(), budget, "wrap")
+        predict(lambda: build_architecture("flat", {}), model(), Budget(seconds=3.0), "wrap")
+
+
+def test_the_agent_predicts_budgets_of_tries_itself() -> None:
+    found = predict(lambda: build_architecture("aeros", {}), model(), Budget(tries=3), "wrap")
+    assert found.success == 1 - Fraction(3, 10) ** 3
+
+
+class WithoutBudgets:
+    """An architecture that predicts only trials without a budget."""
+
+    def pursue(self, context: TrialContext) -> ArchitectureReport:
+        raise AssertionError
+
+    def predict(self, model: TrialModel) -> Prediction:
+        raise AssertionError
+
+
+def test_of_a_budget_that_the_architecture_does_not_know_nothing_is_predicted() -> None:
+    with pytest.raises(StateSpaceError, match="knows no budget of tries"):
+        predict(WithoutBudgets, model(), Budget(tries=3), "wrap")
 
 
 def test_expected_counts_are_of_runs_that_reach_the_goal_or_not() -> None:

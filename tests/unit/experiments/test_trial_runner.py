@@ -58,7 +58,7 @@ def run(
     reports: list[RunProgress] = []
 
     def on_progress(progress: RunProgress) -> None:
-        reports.append(RunProgress(progress.done, progress.total, progress.start_time))
+        reports.append(RunProgress(progress.done, progress.total))
 
     run_trials(conditions, range(trials), WHERE, executor or Here(), 1, store, on_progress)
     return reports

@@ -4,10 +4,8 @@ import io
 import json
 from pathlib import Path
 
-import pytest
-
 from aeros.agent.execution.journal import AgentEvent
-from aeros.session.trace import TraceWriter, broken_for
+from aeros.session.trace import TraceWriter
 
 _OUTPUT = AgentEvent("plan-accepted", "two steps", {"steps": 2}, 1.5)
 _SILENT = AgentEvent("lifecycle", "", {"after": "running"}, 2.0)
@@ -68,20 +66,6 @@ def test_rounds_of_the_same_lines_are_printed_twice_and_then_counted(tmp_path: P
         "the 3 lines above repeated 58 more times",
         "end",
     ]
-
-
-def test_lines_are_broken_at_the_width_of_a_terminal_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Terminal(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
-    monkeypatch.setenv("COLUMNS", "42")
-    line = "   0.00 s  one two three four five six seven eight"
-    assert broken_for(io.StringIO(), line, 11) == line
-    assert broken_for(Terminal(), line, 11) == (
-        "   0.00 s  one two three four five six\n           seven eight"
-    )
-    assert broken_for(Terminal(), line[:42], 11) == line[:42]
 
 
 def test_measured_numbers_make_no_round_different_and_names_and_counts_do(tmp_path: Path) -> None:

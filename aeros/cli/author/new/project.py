@@ -17,7 +17,7 @@ from aeros import distribution
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.new.naming import identifier, runtime_range
 from aeros.cli.project_settings import find_settings
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal.streams import print_line
 from aeros.exit_codes import Exit
 from aeros.files import replace_durably
 from aeros.spec.verification.certificate import write_lock
@@ -64,7 +64,7 @@ def add_to(kinds: Subparsers) -> None:
     site.add_argument("name", type=identifier, metavar="NAME", help="name of the site and of its file")
     _add_parent(site)
     site.set_defaults(command=_new_site)
-    ci = add_command(kinds, "ci", "create a GitHub workflow and a pre-commit hook", _CI_EXAMPLES)
+    ci = add_command(kinds, "ci", "create a GitHub workflow and pre-commit hooks", _CI_EXAMPLES)
     _add_parent(ci)
     ci.add_argument(
         "--modules", type=existing_path, action="append", metavar="PATH", help="modules; may be repeated"
@@ -152,20 +152,28 @@ def _prove(modules: Path, site: Path) -> None:
 
 
 def _ci_files(modules: Sequence[str], site: str | None, tests: Sequence[str]) -> dict[str, str]:
-    """Return workflow and hook by path; without modules and site, those of `aeros.toml` are verified."""
+    """Return workflow and hooks by path; without modules and site, those of `aeros.toml` are verified."""
     repository, revision = distribution.repository(), f"v{aeros.__version__}"
     words = [*map(shlex.quote, modules), *([] if site is None else ["--site", shlex.quote(site)])]
     hook = ", ".join(["--check", *modules, *([] if site is None else ["--site", site])])
+    formatted = [*modules, *([] if site is None else [site]), *tests] if modules else ["."]
     steps = "".join(f"      - run: aeros test {shlex.quote(one)}\n" for one in tests)
     workflow = _filled(
         "workflow.yaml",
         requirement=f"{distribution.NAME} @ git+{repository}@{revision}",
+        format_command=" ".join(["aeros fmt", *map(shlex.quote, formatted), "--check"]),
         command=" ".join(["aeros verify", *words, "--check --format github"]),
         test_steps=steps,
     )
     return {
         _WORKFLOW: workflow,
-        _HOOK: _filled("pre-commit.yaml", repository=repository, revision=revision, arguments=hook),
+        _HOOK: _filled(
+            "pre-commit.yaml",
+            repository=repository,
+            revision=revision,
+            formatted=", ".join(formatted),
+            arguments=hook,
+        ),
     }
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import Enum
-from textwrap import wrap
 from typing import Final
 
 from aeros.cli.author.reports.result import VerifyResult
+from aeros.cli.terminal.rendering import table_lines
 from aeros.spec.diagnostics.grammar import counted
-from aeros.spec.diagnostics.render import escape_invisible, render_text
+from aeros.spec.diagnostics.render import Paint, escape_invisible, render_text
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.reports import SubjectReport
 
@@ -25,7 +25,7 @@ class TextDetail(Enum):
 def as_text(
     result: VerifyResult,
     *,
-    colour: bool = False,
+    paint: Paint | None = None,
     detail: TextDetail = TextDetail.USUAL,
     width: int | None = None,
 ) -> str:
@@ -33,17 +33,18 @@ def as_text(
 
     Args:
         result: Report and problems of certificates.
-        colour: True to use ANSI colours.
+        paint: Colours texts; None for no colours.
         detail: How much is told beside the diagnostics.
-        width: Columns of the terminal, into which conditions and lists are broken; None to break nothing.
+        width: Columns of the terminal, into which tables and marked lines are fitted; None for no limit.
+            Whatever writes the other lines wraps them.
 
     Returns:
         Lines of text; empty if there is nothing to tell.
     """
-    parts = [render_text(problem.diagnostic, colour=colour) for problem in result.problems]
-    lines = [] if detail is TextDetail.QUIET else _summaries(result)
+    parts = [render_text(problem.diagnostic, paint=paint, width=width) for problem in result.problems]
+    lines = [] if detail is TextDetail.QUIET else _summaries(result, width, paint)
     if detail is TextDetail.USUAL:
-        lines += [*_runtime_rules(result, width), *_left_out_count(result)]
+        lines += [*_runtime_rules(result), *_left_out_count(result)]
     elif detail is TextDetail.VERBOSE:
         lines += [*_boundaries(result, width), *_left_out(result, width)]
     if detail is not TextDetail.QUIET:
@@ -51,9 +52,9 @@ def as_text(
     return "\n".join([*(part.rstrip("\n") + "\n" for part in parts), *lines])
 
 
-def _summaries(result: VerifyResult) -> list[str]:
-    width = max(len(escape_invisible(subject.name)) for subject in result.subjects)
-    return [_summary(subject, width) for subject in result.subjects if subject.name]
+def _summaries(result: VerifyResult, width: int | None, paint: Paint | None) -> list[str]:
+    rows = [_summary(subject, paint) for subject in result.subjects if subject.name]
+    return table_lines(rows, width=width, least=(0, len(Conclusion.UNDECIDED.value)))
 
 
 def _proved(result: VerifyResult) -> list[SubjectReport]:
@@ -68,7 +69,7 @@ def _boundaries_of(subject: SubjectReport) -> list[tuple[str, str]]:
     return [(escape_invisible(rule), escape_invisible(what)) for rule, what in subject.boundaries if what]
 
 
-def _runtime_rules(result: VerifyResult, width: int | None) -> list[str]:
+def _runtime_rules(result: VerifyResult) -> list[str]:
     """List the runtime-checked rules of proved modules, by the modules whose actions they decide."""
     by_module = {
         escape_invisible(subject.name): dict.fromkeys(rule for rule, _ in _boundaries_of(subject))
@@ -82,19 +83,15 @@ def _runtime_rules(result: VerifyResult, width: int | None) -> list[str]:
     for rule in rules:
         groups.setdefault(tuple(name for name in names if rule in by_module[name]), []).append(rule)
     are = f"{counted(len(rules), 'rule')} {'is' if len(rules) == 1 else 'are'}"
-    lines = [f"{_modules(group, names)}: {', '.join(own)}" for group, own in groups.items()]
     return [
         "",
         f"{are} checked at run time, before each action (-v shows the conditions)",
-        *(part for line in lines for part in _wrapped(line, width or _USUAL_WIDTH)),
+        *(f"  {_modules(group, names)}: {', '.join(own)}" for group, own in groups.items()),
     ]
 
 
 _MOST_NAMES: Final = 3
 """Names of modules that are listed; more are counted."""
-
-_USUAL_WIDTH: Final = 100
-"""Columns of a list of names that is not for a terminal."""
 
 
 def _modules(names: Sequence[str], all_names: Sequence[str]) -> str:
@@ -108,21 +105,10 @@ def _modules(names: Sequence[str], all_names: Sequence[str]) -> str:
     return f"{len(names)} of {len(all_names)} modules"
 
 
-def _wrapped(line: str, width: int) -> list[str]:
-    return wrap(
-        line,
-        max(width, _LEAST_COLUMN),
-        initial_indent="  ",
-        subsequent_indent="    ",
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
-
-
 def _boundaries(result: VerifyResult, width: int | None) -> list[str]:
     """List the runtime-checked rules of proved modules with the conditions that remain to be checked."""
     pairs = dict.fromkeys(pair for subject in _proved(result) for pair in _boundaries_of(subject))
-    return ["", "the gate allows while", *_rows(list(pairs), width)] if pairs else []
+    return ["", "the gate allows while", *table_lines(pairs, width=width, indent=2)] if pairs else []
 
 
 def _left_out(result: VerifyResult, width: int | None) -> list[str]:
@@ -132,9 +118,8 @@ def _left_out(result: VerifyResult, width: int | None) -> list[str]:
         for subject in _proved(result)
         if subject.left_out
     ]
-    return (
-        ["", "tasks are proved without these outcomes, of probability 0", *_rows(rows, width)] if rows else []
-    )
+    title = "tasks are proved without these outcomes, of probability 0"
+    return ["", title, *table_lines(rows, width=width, indent=2)] if rows else []
 
 
 def _left_out_count(result: VerifyResult) -> list[str]:
@@ -144,22 +129,6 @@ def _left_out_count(result: VerifyResult) -> list[str]:
         return []
     them = "it" if count == 1 else "them"
     return ["", f"tasks are proved without {counted(count, 'outcome')} of probability 0 (-v lists {them})"]
-
-
-def _rows(rows: Sequence[tuple[str, str]], width: int | None) -> list[str]:
-    """Write two columns; the second one is broken at spaces where it is wider than the terminal."""
-    first = max(len(name) for name, _ in rows)
-    lines: list[str] = []
-    for name, text in rows:
-        head = f"  {name:{first}}  "
-        room = len(text) if width is None else max(width - len(head), _LEAST_COLUMN)
-        parts = wrap(text, max(room, 1), break_long_words=False, break_on_hyphens=False) or [""]
-        lines += [(head if at == 0 else " " * len(head)) + part for at, part in enumerate(parts)]
-    return [line.rstrip() for line in lines]
-
-
-_LEAST_COLUMN: Final = 24
-"""Columns that a text gets on however narrow a terminal."""
 
 
 def _agreement(result: VerifyResult) -> list[str]:
@@ -202,9 +171,10 @@ def _listed(questions: Sequence[tuple[str, str]]) -> list[str]:
     return [f"  {escape_invisible(about)}: {escape_invisible(reason)}" for about, reason in questions]
 
 
-def _summary(subject: SubjectReport, width: int) -> str:
-    name, conclusion = escape_invisible(subject.name), subject.conclusion.value
-    line = f"{name:{width}}  {conclusion:9}  {subject.claim_count:4} obligations"
-    if subject.conclusion is Conclusion.PROVED and subject.runtime_checked_count:
-        line += f", {subject.runtime_checked_count} runtime-checked"
-    return line
+def _summary(subject: SubjectReport, paint: Paint | None) -> tuple[str, str, str]:
+    conclusion, is_proved = subject.conclusion.value, subject.conclusion is Conclusion.PROVED
+    text = f"{subject.claim_count:4} obligations"
+    if is_proved and subject.runtime_checked_count:
+        text += f", {subject.runtime_checked_count} runtime-checked"
+    shown = conclusion if paint is None else paint(conclusion, "good" if is_proved else "bad")
+    return escape_invisible(subject.name), shown, text

@@ -15,6 +15,7 @@ from aeros.cli.author.site_tests.cases import CaseResult
 from aeros.cli.author.site_tests.judge import judge_cases
 from aeros.cli.author.site_tests.output import as_json, as_junit, as_text
 from aeros.cli.author.site_tests.read import CaseReader, asks_for_decisions, parse_site_tests
+from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit, UsageError
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.gate.port import Gate
@@ -87,9 +88,9 @@ def _command(arguments: argparse.Namespace) -> Exit:
     results = [(path, _judge(path, tests, arguments.site)) for path, (tests, count) in chosen if count]
     match arguments.format:
         case "json":
-            print(as_json(results))
+            print_data(as_json(results))
         case "junit":
-            print(as_junit(results))
+            print_data(as_junit(results))
         case _:
             print(as_text(results, is_verbose=arguments.verbose))
     is_passed = all(one.is_passed for _, cases in results for one in cases)

@@ -16,7 +16,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import junction
 from aeros.spec.expr.types import BOOL
 
-PlaceKind = Literal["plan", "try", "recover", "reset", "reached", "rejected", "inside"]
+PlaceKind = Literal["plan", "try", "recover", "reset", "reached", "rejected", "given up", "inside"]
 
 AFTERWARDS: Final = " afterwards"
 """End of the name of a variable's value after a move."""

@@ -62,6 +62,19 @@ def test_a_context_in_any_state_stands_for_all_of_a_task_with_the_code(path: Pat
         assert memory.success_record(*wrap, json.dumps({"task": "t", "code": "3"})) == SuccessRecord(0, 0)
 
 
+def test_results_are_counted_until_an_episode(path: Path) -> None:
+    with open_memory(path, WHO) as memory:
+        remember(memory, failed=True)
+        before = memory.latest_episode()
+        remember(memory)
+        remember(memory)
+        assert memory.success_record("dumpling", "wrap", None, before) == SuccessRecord(0, 1)
+        assert memory.success_record("dumpling", "wrap") == SuccessRecord(2, 1)
+        code = STEP.code
+        assert [one.failed for one in memory.experience("dumpling", "wrap", code, before)] == [True]
+        assert len(memory.experience("dumpling", "wrap", code)) == 3
+
+
 def test_the_latest_successes_say_it(path: Path) -> None:
     with open_memory(path, WHO) as memory:
         for seconds in [9.0] * 20 + [2.0] * 101:

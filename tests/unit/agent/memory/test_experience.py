@@ -11,12 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.agent.memory.experience import (
-    PRIOR_TRIES,
     ExperiencedEnd,
     ExperiencedModules,
+    expected_failure,
+    experienced_beliefs,
     with_experience,
 )
 from aeros.agent.memory.posterior import FORGETTING
+from aeros.spec.closed_loop.giving_up import PRIOR_TRIES
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.model.ecm import Ecm, Outcome, Skill
 from tests.unit.agent.dumplings import module, outcome, skill
@@ -100,6 +102,30 @@ def test_the_result_is_a_distribution_near_the_definition(drawn: list[tuple[str 
         cold = sum(weight for weight, end in zip(weights, ends, strict=True) if end.outcome == "cold")
         exact = (cold + PRIOR_TRIES * 0.1) / (sum(weights) + PRIOR_TRIES)
         assert float(shares["cold"]) == pytest.approx(exact, abs=3e-3)
+
+
+def ends(results: str) -> list[ExperiencedEnd]:
+    """The ends of `boil`, oldest first: `+` for cooked, `-` for cold."""
+    return [ExperiencedEnd("cooked" if one == "+" else "cold", one == "-", 6.0) for one in reversed(results)]
+
+
+def test_an_agent_expects_as_many_failures_as_it_saw_and_could_explain() -> None:
+    declared = Fraction(1, 10)
+    assert expected_failure(BOIL, []) == declared
+    assert expected_failure(BOIL, ends("+" * 20)) < declared / 2
+    assert expected_failure(BOIL, ends("+-" * 10 + "+")) > 3 * declared
+    # What chance does not explain may have had a cause, as may what was not followed by a success.
+    assert expected_failure(BOIL, ends("-" * 7)) == declared
+    assert expected_failure(BOIL, ends("+++" + "-" * 7)) == expected_failure(BOIL, ends("+++"))
+    assert expected_failure(BOIL, ends("+" + "-" * 8 + "++")) == expected_failure(BOIL, ends("+++"))
+    assert expected_failure(BOIL, ends("+" + "-" * 7 + "++")) > 2 * declared
+
+
+def test_beliefs_are_of_all_skills_that_a_module_may_call() -> None:
+    believed = experienced_beliefs(KITCHEN, lambda _, name, __: ends("+" * 9) if name == "boil" else ())
+    assert set(believed.failure) == {"boil", "rest"}
+    assert believed.failure["boil"] < Fraction(1, 20)
+    assert believed.failure["rest"] == 0
 
 
 def test_a_module_is_read_when_it_is_asked_for_and_once() -> None:

@@ -28,17 +28,19 @@ def test_an_allowed_action_is_shown_with_its_parameters() -> None:
 
 def test_an_explanation_names_the_layers_by_how_they_ended() -> None:
     layers = {"form": True, "overrides": True, "invariants": False, "lifecycle": None}
-    assert explanation_text(Explanation(DENIED, layers)).splitlines()[3:] == [
+    assert explanation_text(Explanation(DENIED, layers), None).splitlines()[3:] == [
         "  passed: form; overrides",
         "  not passed: invariants",
         "  not known: lifecycle",
     ]
-    assert explanation_text(Explanation(ALLOWED, {})) == "ALLOW move(speed=0.5, target=(1.0, 2.0, 3.0))\n"
+    assert (
+        explanation_text(Explanation(ALLOWED, {}), None) == "ALLOW move(speed=0.5, target=(1.0, 2.0, 3.0))\n"
+    )
 
 
 def test_conditions_are_by_proof_or_by_value_in_columns() -> None:
     found = Explanation(ALLOWED, {"form": True}, (PROVED, HOLDS, FAILS, UNKNOWN))
-    assert explanation_text(found).splitlines()[2:] == [
+    assert explanation_text(found, None).splitlines()[2:] == [
         "  proved at installation",
         "    permission  by permission/a/move",
         "  runtime-checked",
@@ -50,18 +52,18 @@ def test_conditions_are_by_proof_or_by_value_in_columns() -> None:
 
 def test_a_condition_without_values_has_no_brackets_and_without_proofs_there_is_no_heading() -> None:
     bare = EvaluatedCondition("r", "true", None, True, {})
-    assert explanation_text(Explanation(ALLOWED, {}, (bare,))).splitlines()[1:] == [
+    assert explanation_text(Explanation(ALLOWED, {}, (bare,)), None).splitlines()[1:] == [
         "  runtime-checked",
         "    r  holds    true",
     ]
-    assert explanation_text(Explanation(ALLOWED, {}, (PROVED,))).splitlines()[1:] == [
+    assert explanation_text(Explanation(ALLOWED, {}, (PROVED,)), None).splitlines()[1:] == [
         "  proved at installation",
         "    permission  by permission/a/move",
     ]
 
 
 def test_an_attenuated_action_has_conditions_of_its_own() -> None:
-    text = explanation_text(Explanation(DENIED, {}, (FAILS,), (HOLDS,)))
+    text = explanation_text(Explanation(DENIED, {}, (FAILS,), (HOLDS,)), None)
     assert text.splitlines()[3:] == [
         "  runtime-checked",
         "    separation  fails    d >= 1 m  [d = 0.5 m; proved by safety/a]",

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from aeros.cli.top.resources import quota_text, resource_lines, tools_view
+from aeros.cli.top.resources import quota_text, resource_rows, tools_view
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from tests.unit.spec.difference.versions import BASE, change
@@ -26,7 +26,7 @@ def code(used: int | None, started: int = 2, limit: int | None = 64 * MIB) -> di
 
 
 def lines(modules: Any, tools: Any = None) -> list[str]:
-    return [" ".join(line.split()) for line in resource_lines(modules, tools or {})]
+    return [" ".join(" ".join(row).split()) for row in resource_rows(modules, tools or {})]
 
 
 def test_use_is_beside_its_limit() -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.cells import cell_len
 
-from aeros.cli.text_width import cell_width
 from aeros.cli.top.screen import ScreenAction, Style, StyledLine, TopScreen
 from tests.hypothesis_profiles import examples
 
@@ -93,5 +93,5 @@ def test_every_screen_fits_the_terminal(keys: list[str], columns: int, rows: int
         assert len(lines) <= max(1, rows)
         for line in lines:
             bare = line.removesuffix("\x1b[K")
-            assert cell_width(bare) < max(2, columns)
+            assert cell_len(bare) < max(2, columns)
             assert "\x1b" not in bare

@@ -9,13 +9,12 @@ import pytest
 
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments.architecture import ArchitectureReport, TrialModel
-from aeros.experiments.architectures.aeros_agent import AerosAgent, initial_state
+from aeros.experiments.architectures.aeros_agent import AerosAgent
+from aeros.spec.closed_loop.giving_up import AgentBeliefs
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.markov_chain import Prediction
 from aeros.spec.model.ecm import Outcome, Task
 from tests.unit.agent.dumplings import (
-    DUMPLING,
-    MAKE_DUMPLINGS,
     PREDICATES,
     module,
     rule,
@@ -120,6 +119,15 @@ def test_where_some_plans_are_late_nothing_is_predicted(delays: tuple[float, flo
         agent.predict(_model(1, 1))
 
 
-def test_a_trial_begins_where_the_task_says_and_elsewhere_at_the_first_values() -> None:
-    model = TrialModel(DUMPLING, replace(MAKE_DUMPLINGS, initial={"dumpling_wrapped": True}), site())
-    assert initial_state(model, ("dumpling_wrapped", "dumpling_cooked", "area")) == (True, False, "table")
+@pytest.mark.parametrize(
+    ("tries", "success"), [(1, Fraction(1, 2)), (3, Fraction(7, 8)), (9, Fraction(15, 16))]
+)
+def test_it_predicts_budgets_of_tries(tries: int, success: Fraction) -> None:
+    model = _model(retry=1, replans=1, on_failure="stir")
+    assert AerosAgent().predict_within(model, "boil", tries).success == success
+    assert AerosAgent().predict_within(model, "fry", tries).success == Fraction(15, 16)
+
+
+def test_the_beliefs_of_the_agent_decide_when_it_gives_up() -> None:
+    model = replace(_model(retry=1, replans=10), beliefs=AgentBeliefs({"boil": Fraction(1, 10)}))
+    assert AerosAgent().predict(model).success == 1 - Fraction(1, 2) ** 8

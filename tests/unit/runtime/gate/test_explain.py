@@ -115,7 +115,7 @@ def test_a_malformed_request_passes_no_layer() -> None:
         assert found.decision.kind is DecisionKind.DENY
         assert found.layers["form"] is False
         assert {passed for name, passed in found.layers.items() if name != "form"} == {None}
-        assert "not known: overrides" in explanation_text(found)
+        assert "not known: overrides" in explanation_text(found, None)
 
 
 def test_callers_and_kinds_that_do_not_exist_are_explained_too() -> None:
@@ -137,7 +137,7 @@ def replace_kind(asked: Request, kind: str) -> object:
 def test_the_text_shows_the_result_of_every_condition() -> None:
     asked = request(human_distance=1.0, speed=0.5)
     found = explained(asked)
-    text = explanation_text(found)
+    text = explanation_text(found, None)
     assert text.startswith("ATTENUATE move(target=(0.25, 0.125, 0.25), speed=0.25)\n  AE750 near-person: ")
     assert text.splitlines()[0] == decision_text(found.decision).splitlines()[0]
     first, again = text.split("  re-decided after attenuation\n")

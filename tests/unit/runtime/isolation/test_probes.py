@@ -245,6 +245,7 @@ def test_processes_of_a_worker_die_with_it(
     assert below(os.getpid()) == before
 
 
+@pytest.mark.deep
 @pytest.mark.layers
 @pytest.mark.parametrize("kind", ["bare", "wrapped"])
 def test_processes_of_a_worker_die_when_the_zygote_is_killed(

@@ -152,7 +152,8 @@ def test_a_robot_with_a_bystander_drives_at_reduced_speed(run: Run, tmp_path: Pa
     assert 0.9 * of_the_site("reduced_driving_speed") < driving.max() <= of_the_site("driving_contact_speed")
 
 
-@pytest.mark.parametrize(("instruction", "way", "floor", "until"), fetch_each_push(NEARBY))
+@pytest.mark.deep
+@pytest.mark.parametrize(("instruction", "way", "floor", "until"), NEARBY)
 def test_the_robot_works_slowly_next_to_a_person_who_stays(
     instruction: str, way: tuple[str, ...], floor: str, until: int, run: Run, tmp_path: Path
 ) -> None:
@@ -168,7 +169,8 @@ def test_the_robot_works_slowly_next_to_a_person_who_stays(
     assert np.mean(about > 0.05) > 0.25
 
 
-@pytest.mark.parametrize(("instruction", "person", "until"), fetch_each_push(APPROACHES))
+@pytest.mark.deep
+@pytest.mark.parametrize(("instruction", "person", "until"), APPROACHES)
 def test_a_robot_whose_scanner_sees_nobody_comes_too_near(
     instruction: str, person: str, until: int, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -60,6 +60,10 @@ def test_a_solver_that_does_not_listen_is_ended_and_the_next_question_is_answere
     assert ask(solver, 80) is SatResult.SAT
 
 
+def test_a_solver_that_waits_for_a_processor_is_not_late(solver: SolverProcess) -> None:
+    assert solver.ask(time.sleep, 2.5, seconds=0.1) is None  # a sleep takes no processor time either
+
+
 def test_a_process_that_was_killed_is_started_anew(solver: SolverProcess) -> None:
     assert ask(solver, 80) is SatResult.SAT
     assert solver._process is not None

@@ -8,7 +8,9 @@ import pytest
 from hypothesis import given
 
 from aeros.spec.closed_loop import success_bounds
+from aeros.spec.closed_loop.giving_up import AgentBeliefs, declared_beliefs
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.closed_loop.markov_chain import predict
 from aeros.spec.closed_loop.success_bounds import SuccessBounds, bound_success
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -36,10 +38,23 @@ def bounds(name: str, replans: int) -> SuccessBounds:
 @examples(30)
 @given(cases(most_rules=3, most_retries=2, most_replans=3))
 def test_bounds_meet_where_every_probability_is_known(case: Case) -> None:
-    system = TransitionSystem(case.ecm, case.task, case.site)
-    start = tuple(case.start[name] for name in system.names)
-    found = bound_success(system, start, case.site.limits.replans)
+    system = TransitionSystem(case.ecm, case.task, case.site, declared_beliefs(case.ecm))
+    found = bound_success(system, system.start(case.start), case.site.limits.replans)
     assert found.at_least == found.at_most == predicted(case).success
+
+
+@examples(30)
+@given(cases(most_rules=2, most_retries=2, most_replans=3))
+def test_an_agent_that_gives_up_is_between_one_that_does_so_no_later_and_one_that_never_does(
+    case: Case,
+) -> None:
+    expected = AgentBeliefs(dict.fromkeys(case.ecm.callable_skills, Fraction(1, 100)))
+    system = TransitionSystem(case.ecm, case.task, case.site, expected)
+    soonest, success, most = (
+        predict(one, one.start(case.start), case.site.limits.replans).success
+        for one in (system.giving_up_soonest(), system, system.never_giving_up())
+    )
+    assert soonest <= success <= most
 
 
 @pytest.mark.parametrize("replans", [0, 1, 3])

@@ -201,6 +201,8 @@ def test_an_invalid_body_is_reported_at_its_place(body: str, code: str, message:
             "AE208",
             "",
         ),
+        ("cameras: {eye: {eye: [0 m, 0 m, 1 m], target: [0 m, 0 m, 0 m]}}", "AE208", "another way than `up`"),
+        ("cameras: {eye: {eye: [0 m, 0 m, 1 m], target: [0 m, 0 m, 1 m]}}", "AE208", "away from its `eye`"),
         ("robot: {mount: wheels}", "AE110", "`wheels` is not one of the allowed words"),
     ],
 )

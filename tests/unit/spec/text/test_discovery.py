@@ -15,6 +15,7 @@ from aeros.spec.text.discovery import (
     module_folders,
     reference_modules_path,
     reference_site_path,
+    shipped_folder,
 )
 
 
@@ -136,3 +137,4 @@ def test_reference_modules_are_those_of_the_clone_or_of_the_wheel(
     assert (reference_modules_path() / "make_dumplings" / MANIFEST).is_file()
     monkeypatch.setattr("aeros.__file__", str(tmp_path / "aeros" / "__init__.py"))
     assert reference_modules_path() == tmp_path / "aeros_reference" / "ecms"
+    assert shipped_folder("proofs") == tmp_path / "aeros_reference" / "proofs"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -19,6 +20,12 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+def hooks() -> list[dict[str, Any]]:
+    """Return the pre-commit hooks that are configured here."""
+    (repository,) = yaml.safe_load(Path(".pre-commit-config.yaml").read_text())["repos"]
+    return list(repository["hooks"])
+
+
 def test_a_new_project_is_proved_tested_and_run_at_once(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -31,10 +38,13 @@ def test_a_new_project_is_proved_tested_and_run_at_once(
     workflow = yaml.safe_load(Path(".github/workflows/aeros.yaml").read_text())
     commands = [step["run"] for step in workflow["jobs"]["verify"]["steps"] if "run" in step]
     assert commands[0].startswith("python -m pip install 'aeros-robot")
+    assert commands[1] == "aeros fmt . --check"
     for command in commands[1:]:
         assert main(command.split()[1:]) == Exit.SUCCESS
-    hook = yaml.safe_load(Path(".pre-commit-config.yaml").read_text())["repos"][0]["hooks"][0]
-    assert main(["verify", *hook["args"]]) == Exit.SUCCESS
+    assert [(hook["id"], main([hook["id"].removeprefix("aeros-"), *hook["args"]])) for hook in hooks()] == [
+        ("aeros-fmt", Exit.SUCCESS),
+        ("aeros-verify", Exit.SUCCESS),
+    ]
     assert "warning" not in capsys.readouterr().err
     assert main(["run", "pick up the part", "--out", "out"]) == Exit.SUCCESS
     assert "pick.pick: goal reached" in capsys.readouterr().out
@@ -66,8 +76,11 @@ def test_checks_in_ci_are_of_the_modules_given(here: Path, capsys: pytest.Captur
     text = Path(".github/workflows/aeros.yaml").read_text()
     assert "- run: aeros verify 'my modules' --site cell.yaml --check --format github\n" in text
     assert "- run: aeros test tests.yaml\n" in text
-    hook = yaml.safe_load(Path(".pre-commit-config.yaml").read_text())["repos"][0]["hooks"][0]
-    assert hook["args"] == ["--check", "my modules", "--site", "cell.yaml"]
+    assert "- run: aeros fmt 'my modules' cell.yaml tests.yaml --check\n" in text
+    assert [hook["args"] for hook in hooks()] == [
+        ["my modules", "cell.yaml", "tests.yaml"],
+        ["--check", "my modules", "--site", "cell.yaml"],
+    ]
 
 
 def test_checks_in_ci_without_options_are_of_this_folder_or_of_the_settings(here: Path) -> None:

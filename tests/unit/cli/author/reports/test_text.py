@@ -148,7 +148,7 @@ def test_a_second_solver_says_how_far_it_agreed(
 def test_colours_are_only_where_they_are_asked_for() -> None:
     result = VerifyResult(Report(SITE, (MODULE,), None))
     assert "\x1b[" not in as_text(result)
-    assert "\x1b[" in as_text(result, colour=True)
+    assert "\x1b[" in as_text(result, paint=lambda text, role: f"\x1b[1m{text}\x1b[0m")
 
 
 def test_a_name_that_could_mislead_a_terminal_is_escaped() -> None:

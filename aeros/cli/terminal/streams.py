@@ -3,6 +3,9 @@
 Text comes from modules, logs, people and other programs. A character of it that moves the cursor, clears the
 screen, sets a title or reorders what is shown could make a terminal say what no program said. So `main` puts
 a `SafeStream` in place of standard output and standard error, and all output goes through it.
+
+In a terminal, text is wrapped at its width; files and other programs get each line whole. `print_data` writes
+what a program may read, such as JSON, and wraps nothing anywhere.
 """
 
 from __future__ import annotations
@@ -11,14 +14,15 @@ import os
 import re
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import IO, Any, Final
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from typing import IO, Any, Final, Protocol
 
+from aeros.cli.terminal.wrapping import COLOUR, wrap_line
 from aeros.spec.diagnostics.characters import escape_hidden, find_hidden
 
 _INNER_LINE: Final = re.compile(r"\n(?=[^\n])")
-_ERASE_LINE: Final = "\r\x1b[K"
-_COLOUR: Final = re.compile(r"(\x1b\[[0-9;]*m)")  # SGR sequences: colours and boldness
+_USUAL_WIDTH: Final = 80
+_LEAST_WIDTH: Final = 40
 
 
 def escape_for_terminal(text: str) -> str:
@@ -43,7 +47,7 @@ def _escape(character: str) -> str:
 
 
 class SafeStream:
-    """A text stream that writes no control character but line feed and tab.
+    """A text stream that writes no control character but line feed and tab, and wraps text in a terminal.
 
     All else is that of the stream behind it, so bytes written to its `buffer` are the caller's matter.
 
@@ -56,9 +60,11 @@ class SafeStream:
     def __init__(self, stream: IO[str], *, is_of_messages: bool = False) -> None:
         self._stream = stream
         self._is_of_messages = is_of_messages
+        self._is_terminal = stream.isatty()
+        self._column = 0
 
     def write(self, text: str) -> int:
-        """Write text harmlessly.
+        """Write text harmlessly; in a terminal, wrapped at its width.
 
         Args:
             text: any text.
@@ -66,14 +72,52 @@ class SafeStream:
         Returns:
             Number of characters of `text`.
         """
-        clear_progress()
         shown = escape_for_terminal(text)
         if self._is_of_messages:
             start = len(shown) - len(shown.lstrip("\n"))
             shown = shown[:start] + _INNER_LINE.sub("\n  ", shown[start:])
-        with self._named():
-            self._stream.write(shown)
+        self._write(self._wrapped(shown))
         return len(text)
+
+    def write_coloured(self, text: str) -> None:
+        """Write text as `write` does, but leave colours as they are.
+
+        Args:
+            text: text of a renderer that escapes what it shows and then adds colours.
+        """
+        parts = COLOUR.split(text)
+        parts[::2] = map(escape_for_terminal, parts[::2])
+        self._write(self._wrapped("".join(parts)))
+
+    def write_data(self, text: str) -> None:
+        """Write text harmlessly and wrap nothing.
+
+        Args:
+            text: text that a program may read.
+        """
+        self._write(escape_for_terminal(text))
+
+    def _write(self, text: str) -> None:
+        with ExitStack() as stack:
+            for one in _PROGRESS:
+                stack.enter_context(one.lock)  # so that it is not drawn again before the text is written
+                one.erase()
+            stack.enter_context(self._named())
+            self._stream.write(text)
+
+    def _wrapped(self, text: str) -> str:
+        """Break the lines that are wider than the terminal."""
+        if not self._is_terminal or not text:
+            return text
+        width = screen_width(self._stream)
+        lines = text.split("\n")
+        for place, line in enumerate(lines):
+            start = 0 if place else self._column
+            if start + len(line) > width or not line.isascii():
+                lines[place] = wrap_line(line, width, start)
+        last = lines[-1].rpartition("\n")[2]
+        self._column = len(last) + (0 if len(lines) > 1 or "\n" in lines[-1] else self._column)
+        return "\n".join(lines)
 
     def flush(self) -> None:
         """Write what is buffered."""
@@ -103,7 +147,7 @@ class SafeStream:
         """Write a control sequence of our own as it is.
 
         Args:
-            sequence: a constant of the program, without text from anywhere else.
+            sequence: of the program, without text from anywhere else that was not escaped.
         """
         self._stream.write(sequence)
 
@@ -125,6 +169,7 @@ def safe_streams() -> Iterator[None]:
     try:
         yield
     finally:
+        end_progress()
         sys.stdout, sys.stderr = before
 
 
@@ -151,28 +196,67 @@ def print_line(text: str) -> None:
     sys.stdout.write(escape_for_terminal(text).replace("\n", "\\n") + "\n")
 
 
-def print_diagnostics(text: str) -> None:
-    """Print rendered diagnostics to standard error; what a renderer shows it has escaped.
+def print_data(text: str, *, end: str = "\n", flush: bool = False) -> None:
+    """Print text that a program may read, such as JSON, a diff or a script: no line of it is wrapped.
 
     Args:
-        text: lines of text.
+        text: the text.
+        end: written after it.
+        flush: let a program that waits for it have it at once.
     """
-    for line in text.split("\n"):
-        sys.stderr.write(f"{line}\n")
+    if isinstance(sys.stdout, SafeStream):
+        sys.stdout.write_data(text + end)
+    else:
+        sys.stdout.write(text + end)
+    if flush:
+        sys.stdout.flush()
 
 
-def print_coloured(text: str) -> None:
+def print_coloured(text: str, stream: Any = None) -> None:
     """Print text in which only colours are left as they are.
 
     Args:
         text: text of a renderer that escapes what it shows and then adds colours.
+        stream: the stream; None for standard output.
     """
-    for part in _COLOUR.split(text):
-        if _COLOUR.fullmatch(part):
-            write_control(part)
+    into = sys.stdout if stream is None else stream
+    for line in text.split("\n"):
+        if isinstance(into, SafeStream):
+            into.write_coloured(f"{line}\n")
         else:
-            sys.stdout.write(part)
-    sys.stdout.write("\n")
+            into.write(f"{line}\n")
+
+
+def screen_width(stream: IO[str] | None = None) -> int:
+    """Measure a terminal.
+
+    Args:
+        stream: to the terminal; None for standard output.
+
+    Returns:
+        Its width in columns, at least 40: that of `COLUMNS` if it is set, 80 if nothing says it.
+    """
+    given = os.environ.get("COLUMNS", "")
+    columns = int(given) if given.isascii() and given.isdigit() else 0
+    if not columns:
+        try:
+            columns = os.get_terminal_size((stream or sys.stdout).fileno()).columns
+        except (AttributeError, OSError, ValueError):  # no terminal, or a stream without a file
+            columns = 0
+    return max(_LEAST_WIDTH, columns or _USUAL_WIDTH)
+
+
+def output_width(stream: IO[str] | None = None) -> int | None:
+    """Return the columns into which tables and marked lines must fit.
+
+    Args:
+        stream: for which they are; None for standard output.
+
+    Returns:
+        The width of the terminal; None for a file or another program, whose lines are never wrapped.
+    """
+    into = stream or sys.stdout
+    return screen_width(into) if into.isatty() else None
 
 
 def shows_colour(stream: IO[str], choice: str = "auto") -> bool:
@@ -196,26 +280,37 @@ def shows_colour(stream: IO[str], choice: str = "auto") -> bool:
     return bool(os.environ.get("FORCE_COLOR")) or (stream.isatty() and os.environ.get("TERM") != "dumb")
 
 
-_ERASERS: Final[list[IO[str]]] = []
-"""The stream on whose last line progress stands; empty if there is none."""
+class ShownProgress(Protocol):
+    """Progress that stands on the last lines of a terminal.
+
+    Attributes:
+        lock: held while something is written, and while the progress is drawn, by a thread of its own.
+    """
+
+    lock: AbstractContextManager[object]
+
+    def erase(self) -> None:
+        """Erase it before something else is written; it may be shown again."""
+
+    def end(self) -> None:
+        """Erase it for good."""
 
 
-def clear_progress() -> None:
-    """Erase the progress that is shown, if any is, before something else is written."""
-    while _ERASERS:
-        write_control(_ERASE_LINE, _ERASERS.pop())
+_PROGRESS: Final[list[ShownProgress]] = []
+"""The progress that is under way; empty if there is none."""
 
 
-def show_progress(text: str, *, is_last: bool = False) -> None:
-    """Show progress on one line of standard error, in place of what was shown there before.
+def begin_progress(shown: ShownProgress) -> None:
+    """Let progress be erased before anything else is written.
 
     Args:
-        text: what is under way.
-        is_last: leave the line standing.
+        shown: the progress.
     """
-    write_control(_ERASE_LINE, sys.stderr)
-    sys.stderr.write(escape_for_terminal(text).replace("\n", " "))
-    write_control("\n" if is_last else "\r", sys.stderr)
-    sys.stderr.flush()
-    if not is_last:
-        _ERASERS.append(sys.stderr)
+    end_progress()
+    _PROGRESS.append(shown)
+
+
+def end_progress() -> None:
+    """Erase the progress that is shown, if any is, for good."""
+    while _PROGRESS:
+        _PROGRESS.pop().end()

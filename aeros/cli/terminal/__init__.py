@@ -1,0 +1,1 @@
+"""Output to terminals: harmless text, wrapped lines, tables, colours and progress."""

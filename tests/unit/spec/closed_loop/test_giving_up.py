@@ -1,0 +1,163 @@
+"""The rule of giving up: the numbers of failures, and the history that a loop's states keep of a run."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import comb, prod
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.spec.closed_loop.giving_up import (
+    LEAST_CHANCE,
+    LEAST_FAILURES,
+    AgentBeliefs,
+    RunHistory,
+    RunRule,
+    chance_of_failures,
+    chance_of_streak,
+    declared_beliefs,
+    failure_probability,
+    is_beyond_chance,
+)
+from aeros.spec.model.ecm import Outcome
+from tests.unit.agent.dumplings import module, skill
+
+TWENTIETH = Fraction(1, 20)
+FAILED = Outcome("not_seen", {}, True, TWENTIETH, None)
+SEEN = Outcome("seen", {}, False, 1 - TWENTIETH, None)
+BELIEFS = AgentBeliefs({"look": TWENTIETH, "search": TWENTIETH})
+RULE = RunRule(BELIEFS, [0], ())
+
+
+def failures_until_given_up(expected: Fraction) -> int:
+    return next(n for n in range(1, 600) if is_beyond_chance(n, [(expected, n)]))
+
+
+@pytest.mark.parametrize(
+    ("percent", "times"), [(0, 3), (1, 3), (2, 4), (5, 6), (10, 8), (20, 13), (30, 21), (40, 38), (50, 75)]
+)
+def test_the_likelier_a_failure_the_more_are_borne(percent: int, times: int) -> None:
+    assert failures_until_given_up(Fraction(percent, 100)) == times
+
+
+def test_seven_failures_of_a_skill_that_fails_in_nine_of_ten_tries_are_nothing_unusual() -> None:
+    assert chance_of_failures(Fraction(9, 10), 7) > Fraction(2, 5)
+
+
+@given(st.integers(0, 4), st.integers(1, 12))
+def test_the_chance_is_that_of_an_urn(bad: int, times: int) -> None:
+    """Of a beta-binomial: drawn from an urn of four balls, each drawn ball put back with another like it."""
+    counted = Fraction(comb(bad + times - 1, times), comb(4 + times - 1, times)) if bad else Fraction(0)
+    assert chance_of_failures(Fraction(bad, 4), times) == counted
+
+
+@given(st.lists(st.tuples(st.fractions(0, 1), st.integers(0, 5)), max_size=3))
+def test_chances_of_several_skills_are_multiplied(failures: list[tuple[Fraction, int]]) -> None:
+    whole = chance_of_streak(failures)
+    assert whole == prod((chance_of_failures(*one) for one in failures), start=Fraction(1))
+    assert is_beyond_chance(LEAST_FAILURES, failures) is (whole < LEAST_CHANCE)
+    assert not is_beyond_chance(LEAST_FAILURES - 1, failures)
+
+
+@given(st.fractions(Fraction(1, 50), Fraction(1, 2)))
+def test_chance_as_declared_is_given_up_less_than_once_in_a_thousand_times(expected: Fraction) -> None:
+    assert expected ** failures_until_given_up(expected) < LEAST_CHANCE
+
+
+def test_an_agent_believes_what_a_module_declares() -> None:
+    look = skill("look", SEEN, FAILED)
+    assert failure_probability(look) == TWENTIETH
+    assert declared_beliefs(module("m", (look,))).failure == {"look": TWENTIETH}
+
+
+# The history of a run in the states of a loop, each with one predicate.
+
+
+def after(rule: RunRule, state: tuple[object, ...], *steps: tuple[str, Outcome]) -> tuple[object, ...]:
+    for name, outcome in steps:
+        state = (*state[:-1], rule.after_step(state, name, outcome))
+    return state
+
+
+def history(state: tuple[object, ...]) -> RunHistory:
+    found = state[-1]
+    assert isinstance(found, RunHistory)
+    return found
+
+
+def test_a_run_is_given_up_at_the_failure_that_chance_does_not_explain() -> None:
+    state = after(RULE, RULE.begin((False,)), *[("look", FAILED)] * 5)
+    assert not RULE.has_ended(state)
+    state = after(RULE, state, ("look", FAILED))
+    assert RULE.has_ended(state)
+    assert not RULE.has_ended(RULE.continued(state))
+    assert history(state).failures == frozenset()
+
+
+def test_a_success_and_another_state_begin_anew() -> None:
+    state = after(RULE, RULE.begin((False,)), *[("look", FAILED)] * 5, ("look", SEEN))
+    assert history(state).failures == frozenset()
+    state = after(RULE, state, *[("look", FAILED)] * 5)
+    elsewhere = after(RULE, (True, state[-1]), *[("look", FAILED)] * 5)
+    assert not RULE.has_ended(elsewhere)
+    assert RULE.has_ended(after(RULE, (False, elsewhere[-1]), ("look", FAILED)))
+    in_any_state = RunRule(BELIEFS, [], ())
+    state = after(in_any_state, in_any_state.begin((False,)), *[("look", FAILED)] * 5)
+    assert in_any_state.has_ended(after(in_any_state, (True, state[-1]), ("look", FAILED)))
+
+
+def test_failures_of_several_skills_count_together_after_three_of_the_skill() -> None:
+    state = after(RULE, RULE.begin((False,)), *[("look", FAILED), ("search", FAILED)] * 2)
+    assert not RULE.has_ended(state)
+    assert RULE.has_ended(after(RULE, state, ("look", FAILED)))
+
+
+def test_a_skill_of_which_there_is_another_does_not_end_the_run() -> None:
+    rule = RunRule(BELIEFS, [0], ["look"])
+    assert not rule.has_ended(after(rule, rule.begin((False,)), *[("look", FAILED)] * 20))
+
+
+def test_the_second_verdict_ends_the_run() -> None:
+    gone = Outcome("gone", {}, True, TWENTIETH, None, verdict="it is not there")
+    state = after(RULE, RULE.begin((False,)), ("look", gone))
+    assert not RULE.has_ended(state)
+    assert RULE.has_ended(after(RULE, state, ("look", gone)))
+
+
+def test_a_plan_that_leaves_the_same_state_three_times_ends_the_run() -> None:
+    state = RULE.begin((False,))
+    for _ in range(2):
+        state = RULE.finished(RULE.planned(state, (0, 1)))
+    assert not RULE.has_ended(state)
+    assert not RULE.has_ended(RULE.finished(RULE.planned(state, (1,))))
+    assert RULE.has_ended(RULE.finished(RULE.planned(state, (0, 1))))
+
+
+def test_a_plan_whose_first_step_cannot_start_is_made_twice() -> None:
+    state = RULE.not_started(RULE.planned(RULE.begin((False,)), (0,)), 0)
+    assert not RULE.has_ended(state)
+    assert RULE.not_started((True, state[-1]), 0) == (True, state[-1])  # other steps came between
+    assert RULE.has_ended(RULE.not_started(RULE.planned(state, (0,)), 0))
+
+
+def test_tries_are_counted_where_they_are_limited() -> None:
+    limited = AgentBeliefs(BELIEFS.failure, {"look, bad": "look"}, counted_skill="look", most_tries=2)
+    rule = RunRule(limited, [0], ())
+    state = after(rule, rule.begin((False,)), ("look, bad", FAILED), ("search", FAILED))
+    assert not rule.is_spent(state, "look")
+    state = after(rule, state, ("look", FAILED))
+    assert rule.is_spent(state, "look, bad")
+    assert not rule.is_spent(state, "search")
+
+
+def test_of_two_branches_the_failures_of_both_count() -> None:
+    before = after(RULE, RULE.begin((False,)), ("look", FAILED))
+    one = after(RULE, before, ("look", SEEN), *[("search", FAILED)] * 2)
+    other = after(RULE, before, ("look", FAILED))
+    both = history(one).with_branch(history(before), history(other))
+    assert both.failures == frozenset({((False,), "search", 2), ((False,), "look", 2)})
+    assert not both.gave_up
+    longer = after(RULE, other, ("look", FAILED))
+    assert history(one).with_branch(history(before), history(longer)).gave_up
