@@ -170,6 +170,11 @@ at the carriage."""
 FAR_OFF = 0.1
 """Distance beyond `REACH` from which a look from nearer by would not show the object in reach, m."""
 
+OFF_BENCHES, LOW = 0.63, 0.15
+"""Least y of an object on the floor that the hand can grip, m, and least depth of such an object below the
+arm's base: nearer to the site's `bench` the arm's sixth link is too near to that, with a hand that is turned
+and grips beside the middle."""
+
 REACH_ASIDE = 0.15
 """Greatest lateral offset of an object from the arm's base, m: beyond it the elbow would hit the stand."""
 
@@ -179,14 +184,15 @@ FLOOR = ((WESTMOST, 0.03), (-1.295, 2.595))
 SURVEYED = ("station_survey", "delivery_position")
 """Places of the stands."""
 
-AROUND_STANDS = 0.55
-"""Margin around these places, along x and y, within which the can is looked for, m."""
+AROUND_STANDS = ((-0.80, -0.55), (0.55, 0.55))
+"""Margins of the area around these places, along x and y, in which the can is looked for, m: in the west as
+far as the aisle."""
 
 SEARCH_CELL = 0.08
 """Edge of the squares of floor and stands that are looked over, m: about as large as an object."""
 
-SEARCH_WIDE = ((-0.10, -0.45), (0.25, 0.45))
-"""Margins of the searched area around the stands' places, along x and y, m."""
+SEARCH_WIDE = ((-0.75, -0.45), (0.25, 0.45))
+"""Margins of the searched area around the stands' places, along x and y, m: the aisle is part of it."""
 
 SEARCH_AGE = 60.0
 """Greatest age of a picture that still counts as a look at a square, s."""
@@ -198,8 +204,8 @@ SAME_PLACE = 0.15
 """Standard uncertainty of a place from memory, m: positions as near as that count as one usual place."""
 
 SEARCHED_SHARE = 0.98
-"""Share of it that was looked over when nothing is there: the mast and the camera over the aisle show as much
-in three looks each; the arm or the carriage may hide the rest."""
+"""Share of it that was looked over when nothing is there: the rest are single squares that the arm hides. The
+carriage hides 7 %, so the camera over the aisle has to look when it stands elsewhere, too."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
@@ -267,6 +273,7 @@ def find_object(view: View) -> Perception:
     looked: dict[tuple[int, int], float] = {}
     station: GripStation | None = None
     is_seen, seen_above = False, None
+    is_missed = False
     while True:
         kind = _kind(view.readings)
         if kind is not None and all(place in view.readings for place in SURVEYED):
@@ -298,8 +305,11 @@ def find_object(view: View) -> Perception:
                     elif name == "mast" and seen_above is not None and not _shows(picture, seen_above[0]):
                         continue
                 is_seen = found["object_seen"] == (True,)
-                if is_seen:
+                if is_seen or (name == "mast" and not is_missed):
+                    # What was looked over before it was missed says nothing of where it may be since.
                     looked.clear()
+                is_missed = not is_seen and (is_missed or name == "mast")
+                if is_seen:
                     station = _farther_aside(station, found)
                     if station is not None:
                         found["object_aside"] = (station.aside, UNCERTAINTY)
@@ -370,8 +380,10 @@ def track(view: View) -> Perception:
             values["robot_at_target"] = dist(given["base_position"][:2], station[:2]) < ARRIVED_WITHIN
             values["object_out_of_reach"] = False
             if seen is not None:
+                is_low = seen[2] < given["base_position"][2] - LOW
+                is_far = not REACH[0] - NEARER <= away <= REACH[1] + UNCERTAINTY
                 values["object_distance"] = estimate(away, UNCERTAINTY)
-                values["object_out_of_reach"] = not REACH[0] - NEARER <= away <= REACH[1] + UNCERTAINTY
+                values["object_out_of_reach"] = is_far or (is_low and seen[1] < OFF_BENCHES)
         view = yield values
 
 
@@ -428,7 +440,8 @@ def _station_for(surveyed: Place, seen: Place | None, aside: float) -> Place:
     if seen is None:
         return surveyed
     away, off = dist(seen[:2], surveyed[:2]), abs(seen[1] - surveyed[1])
-    if aside == 0.0 and REACH[0] <= away <= REACH[1] and off <= REACH_ASIDE:
+    is_ahead = seen[0] > surveyed[0] and REACH[0] <= away <= REACH[1] and off <= REACH_ASIDE
+    if aside == 0.0 and is_ahead:
         return surveyed
     (west, east), (south, north) = FLOOR
     # Beside an object in the aisle the base stands on the side away from the benches, if there is floor.
@@ -765,7 +778,7 @@ def _searched_area(stands: Points) -> tuple[Points, Points]:
 
 def _is_around(points: Points, places: Points) -> Mask:
     """Find the points (h, w, 3) of a picture that are near the rectangle that places (n, 2) span."""
-    low, high = places.min(axis=0) - AROUND_STANDS, places.max(axis=0) + AROUND_STANDS
+    low, high = places.min(axis=0) + AROUND_STANDS[0], places.max(axis=0) + AROUND_STANDS[1]
     around: Mask = ((points[:, :, :2] > low) & (points[:, :, :2] < high)).all(axis=2)
     return around
 

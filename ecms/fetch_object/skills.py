@@ -28,6 +28,9 @@ CARRY = (0.30, 0.0, 0.36)
 """Tool position while the base drives, relative to the arm's base, m: higher than the stands, and not over
 them, as something may stand there that no picture has shown yet."""
 
+BESIDE = (0.10, 0.50, 0.36)
+"""Tool position beside the base, on either side, by which a hand comes from behind it, relative to it, m."""
+
 ASIDE = (0.30, -0.40, 0.40)
 """Tool position that does not hide the stand from the mast camera, relative to the arm's base, m."""
 
@@ -90,6 +93,9 @@ between the pads, which are 20 mm wide, m: the hand keeps so much farther from w
 OVER_WITHIN = 0.03
 """Greatest distance from a place, level, at which the tool is over it, m."""
 
+SAME_STATION = 0.05
+"""Distance of two places of the base below which the arm has the same ways to an object, m."""
+
 STATION_ASIDES = (0.40, -0.40)
 """Distances to the left of an object at which the base stands where no grip was allowed from before, m."""
 
@@ -137,12 +143,12 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     pace = inputs["hand_speed"]
     if not (_is_located(observed) and observed["object_free"]):
         return
-    if not _in_reach(observed, observed["object_position"]):
+    if not _in_reach(observed, observed["object_position"]) or observed.get("object_out_of_reach") is True:
         return
     is_free_across = observed.get("object_free_across") is True and not observed["object_lying"]
     # From beside the stand the hand's camera sees the carriage, which shows if it is off.
     yield act("look", camera="hand")
-    stations = (_grip_from(aside, pace) for aside in STATION_ASIDES)
+    stations = (_grip_from(aside, pace) for aside in STATION_ASIDES if _is_elsewhere(observed, aside))
     ends = (_grip_turned(turn, 0.0, pace) for turn in (pi, -pi / 2.0) if turn == pi or is_free_across)
     ways = (*_grips(observed, pace), *stations, *ends)
     observed = yield from first_allowed(observed, *ways)
@@ -172,16 +178,29 @@ def _grip_from(aside: float, pace: float) -> Way:
     def grip(observed: Observation) -> Task:
         if not _is_located(observed):
             return observed
-        x, y, _ = observed["object_position"]
+        u, v = _station(observed, aside)
         observed = yield from _carry(observed, pace)
-        along, across = base_from(x, aside)
-        observed = yield from _drive(min(EASTMOST, x + along), y + across)
+        observed = yield from _drive(u, v)
         observed = yield from _look(observed, pace)
         if not (_is_located(observed) and observed["object_free"]):
             return observed
         return (yield from first_allowed(observed, *_grips(observed, pace)))
 
     return grip
+
+
+def _station(observed: Observation, aside: float) -> tuple[float, float]:
+    """Place (x, y) of the base so far to the left of the object, m."""
+    x, y, _ = observed["object_position"]
+    along, across = base_from(x, aside)
+    return min(EASTMOST, x + along), y + across
+
+
+def _is_elsewhere(observed: Observation, aside: float) -> bool:
+    """Check that the base does not stand there already, as where the floor ends."""
+    u, v = _station(observed, aside)
+    x, y, _ = observed["base_position"]
+    return hypot(u - x, v - y) > SAME_STATION
 
 
 def _grip(observed: Observation, pace: float, turn: float, aside: float = 0.0) -> Task:
@@ -368,6 +387,9 @@ def _search(observed: Observation) -> Task:
             break
         yield from _drive(x, y)
         observed = yield act("look", camera="mast")
+        if observed.get("object_detected") is not True:
+            # It may lie where the carriage stood before.
+            observed = yield act("look", camera="aisle_top")
     return (yield from _go_there(observed))
 
 
@@ -443,13 +465,22 @@ def _look(observed: Observation, pace: float) -> Task:
 
 
 def _carry(observed: Observation, pace: float) -> Task:
-    """Raise the tool to carrying height, then draw it in."""
+    """Raise the tool to carrying height, then draw it in; from behind the base by way of its side."""
     target = _from_base(observed, CARRY)
     if observed["tool_position"][2] < target[2]:
         x, y, _ = observed["tool_position"]
         raises = (_go((x, y, target[2]), yaw, pace) for yaw in HEADINGS)
         observed = yield from first_allowed(observed, *raises)
-    return (yield from first_allowed(observed, *(_go(target, yaw, pace) for yaw in HEADINGS)))
+    ahead, side, height = BESIDE
+    left = observed["tool_position"][1] - observed["base_position"][1]
+    beside = _from_base(observed, (ahead, copysign(side, left), height))
+
+    def go_round(observed: Observation) -> Task:
+        observed = yield from first_allowed(observed, *(_go(beside, yaw, pace) for yaw in HEADINGS))
+        return (yield from first_allowed(observed, *(_go(target, yaw, pace) for yaw in HEADINGS)))
+
+    ways = [_go(target, yaw, pace) for yaw in HEADINGS]
+    return (yield from first_allowed(observed, *ways, go_round))
 
 
 def _go(place: Place, yaw: float, pace: float) -> Way:
