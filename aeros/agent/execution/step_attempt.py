@@ -103,6 +103,7 @@ class StepRunner:
         """
         world = self.planning_memory.view(self.world, self._failures)
         self._failures.clear()
+        self.failure_rules.finished_plans.begin()
         self._planned_state = world.predicates
         if world.predicates not in self.planned_in:
             self.planned_in.append(world.predicates)

@@ -220,7 +220,7 @@ class TransitionSystem:
         }
         helped = (self.ecm.providers(name) for rule in self.task.rules for name in recoveries_of(rule))
         choices.update(name for several in helped if len(several) > 1 for name in several)
-        return RunRule(beliefs, measured, choices)
+        return RunRule(beliefs, self.names, measured, choices)
 
     def _is_over(self, state: State) -> bool:
         """Tell if nothing more starts."""
