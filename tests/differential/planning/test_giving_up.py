@@ -101,10 +101,18 @@ def test_reference_modules_are_predicted_under_a_wrong_manifest_and_a_chain_with
     assert without_the_rule.success > exact.success
 
 
-def test_a_chain_of_an_agent_with_the_right_manifest_is_refuted() -> None:
-    world, believed = paper_case("make_dumplings", Fraction(9, 10))
-    assert predicted(world).success > Fraction(9, 10)
-    assert predicted(world, believed).success == 1 - Fraction(9, 10) ** 8
+@pytest.mark.parametrize(
+    ("name", "declared", "tries"),
+    [("make_dumplings", "1/10", 8), ("clean_table", "1/20", 6), ("fetch_object", "1/20", 6)],
+)
+def test_the_numbers_of_the_page_on_experiments(name: str, declared: str, tries: int) -> None:
+    world, _ = paper_case(name, Fraction(9, 10))
+    believed = with_all_failures(world.ecm, Fraction(declared))
+    assert predicted(world, believed).success == 1 - Fraction(9, 10) ** tries
+    assert predicted(world).success > predicted(world, believed).success  # if the manifest declares the rate
+    world, _ = paper_case(name, Fraction(2, 5))
+    cost = predicted_without_giving_up(world).success - predicted(world, believed).success
+    assert 0 < cost < Fraction(1, 200)
 
 
 def with_first_success(ecm: Ecm, share: Fraction) -> Ecm:
