@@ -218,8 +218,7 @@ class StepRunner:
         Returns:
             The result of the attempt.
         """
-        dispatch, role = pending.dispatch, pending.role
-        request = dispatch.request
+        dispatch, role, request = pending.dispatch, pending.role, pending.dispatch.request
         ended = self._runtime.now()
         after = self.observe()
         before = pending.episode_start.before
