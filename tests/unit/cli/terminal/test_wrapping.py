@@ -24,7 +24,7 @@ LONG = "one two three four five six seven eight nine ten"
         (f"{'x' * 30}  {LONG}", ["x" * 30 + "  one two", "  three four five six seven eight nine", "  ten"]),
         ("餃子 " * 9 + "餃", ["餃子 餃子 餃子 餃子 餃子 餃子 餃子 餃子", "  餃子 餃"]),
         (f"see {'/a' * 25} now", ["see", f"  {'/a' * 25}", "  now"]),
-        ("100\u00a0mm " * 5 + "ended", ["100\u00a0mm " * 4 + "100\u00a0mm", "  ended"]),
+        ("100\u00a0mm " * 5 + "endings", ["100\u00a0mm " * 4 + "100\u00a0mm", "  endings"]),
         ("[red]" + "x" * 50 + "[/] y", ["[red]" + "x" * 50 + "[/]", "  y"]),
         ("a\tb" + " c" * 30, ["a       b" + " c" * 15, "        " + "c " * 14 + "c"]),
     ],
