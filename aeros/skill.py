@@ -121,11 +121,13 @@ class ActionDenied(Exception):  # noqa: N818  as `GeneratorExit`, it says what h
 
     Attributes:
         observed: values measured after the denial, as an action would have returned them.
+        denials: number of denials that no other way made up for: this one, or those of all ways.
     """
 
-    def __init__(self, reason: str, observed: Observation) -> None:
+    def __init__(self, reason: str, observed: Observation, denials: int = 1) -> None:
         super().__init__(reason)
         self.observed = observed
+        self.denials = denials
 
 
 Way = Callable[[Observation], Generator[Action, Observation, Observation]]
@@ -148,15 +150,16 @@ def first_allowed(observed: Observation, *ways: Way) -> Generator[Action, Observ
         What the way that was not denied returns.
 
     Raises:
-        ActionDenied: every way was denied; this is the denial of the last one.
+        ActionDenied: every way was denied; this is the denial of the last one, and counts those of all.
         ValueError: there is no way.
     """
-    denial: ActionDenied | None = None
+    caught: list[ActionDenied] = []
     for way in ways:
         try:
             return (yield from way(observed))
-        except ActionDenied as caught:
-            denial, observed = caught, caught.observed
-    if denial is None:
+        except ActionDenied as denial:
+            caught.append(denial)
+            observed = denial.observed
+    if not caught:
         raise ValueError("no way is given")
-    raise ActionDenied(str(denial), denial.observed) from denial
+    raise ActionDenied(str(caught[-1]), observed, sum(one.denials for one in caught)) from caught[-1]

@@ -591,8 +591,9 @@ class StepResult:
         allowed, attenuated, denied: number of the step's actions that the gate decided so.
         outputs: the skill's outputs, by name.
         is_transient: the step was denied only because of measured values, so it may be allowed later.
-        causes: the reason as data, if there is any.
+        causes: the reason as data, if there is any; of a skill that finished, why actions of it were denied.
         lost_hold: position in `StepRequest.held` of the condition that cancelled it; None if none did.
+        denials: number of actions that did not begin, that no other way made up for and that ended the step.
     """
 
     status: StepStatus
@@ -604,6 +605,7 @@ class StepResult:
     is_transient: bool = False
     causes: tuple[Cause, ...] = ()
     lost_hold: int | None = None
+    denials: int = 0
 
 
 StepHandle = NewType("StepHandle", int)

@@ -27,7 +27,7 @@ from .floor import find_on_floor
 from .lost_pieces import Clutter, count_clutter, missing_values
 from .low_things import LOW, find_low_things
 from .own_hand import OwnHand, camera_values, is_hand, watch_hand
-from .pieces import HEADING_UNCERTAINTY, choose_piece, find_pieces, is_in_the_way
+from .pieces import HEADING_UNCERTAINTY, choose_piece, find_pieces, is_in_the_way, lifted_piece
 from .places import (
     COVERED,
     INSPECTED,
@@ -48,6 +48,7 @@ from .sponge import (
     RETURNED_WITHIN,
     SPONGE_HEIGHT,
     SPONGE_RADIUS,
+    find_on_sponge,
     find_sponge,
     is_of_sponge,
     is_overturned,
@@ -106,6 +107,14 @@ def see_table(view: View) -> Perception:
             pieces = [
                 one for one in find_pieces(points, erode(other), other) if not is_in_bin(one.place, opening)
             ]
+            laid = []
+            values["sponge_covered"] = False
+            if sponge is not None:
+                on_it, base = find_on_sponge(points, *sponge)
+                on_it &= ~is_hand(points, readings.get("tool_position"))
+                laid = [lifted_piece(one, base) for one in find_pieces(points, erode(on_it), on_it)]
+                values["sponge_covered"] = bool(laid)
+                pieces += laid
             inspected = corners_in_world(area, part_of(INSPECTED, region))
             loose = [one for one in pieces if reaches(one.points, inspected)]
             # Another answer than "yes, there is something" needs a look at all of the region.
@@ -115,7 +124,8 @@ def see_table(view: View) -> Perception:
             values["clutter_on_table"] = True if loose else (False if covered else None)
             parts = [points[part] for part in separate_parts(other, MIN_PIXELS)]
             parts += [one.points for one in pieces]
-            is_blocked = any(is_in_the_way(one, area, region) for one in parts)
+            # The fingers have to come to the sponge, too.
+            is_blocked = bool(laid) or any(is_in_the_way(one, area, region) for one in parts)
             is_way_seen = is_all_shown(shown, area, passed_by_hand(region), [])
             values["wiping_area_clear"] = False if is_blocked else (True if is_way_seen else None)
             around = [one.points for one in pieces]

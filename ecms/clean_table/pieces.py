@@ -90,6 +90,13 @@ def find_pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
         yield Piece(piece, (box.x, box.y, middle), box.longer_heading, (shorter, longer, top))
 
 
+def lifted_piece(piece: Piece, base: float) -> Piece:
+    """Return a piece that lies on something `base` metres high; its points count from there."""
+    (x, y, _), (shorter, longer, top) = piece.place, piece.sides
+    points, middle = piece.points - np.array((0.0, 0.0, base)), (x, y, (base + top) / 2.0)
+    return Piece(points, middle, piece.heading, (shorter, longer, top - base))
+
+
 def choose_piece(
     loose: list[Piece], around: list[Points], area: Place, region: str, table: float
 ) -> dict[str, Any]:

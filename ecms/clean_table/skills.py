@@ -350,8 +350,9 @@ def _shows_all(observed: Observation) -> bool:
 
 
 def _is_sponge_usable(observed: Observation) -> bool:
-    """Check that the sponge's pose is known and its block is on top, where the hand can grip it."""
-    return _are_known(observed, SPONGE) and observed.get("sponge_overturned") is not True
+    """Check that the sponge's pose is known and its block is on top and free, where the hand can grip it."""
+    is_hidden = observed.get("sponge_overturned") is True or observed.get("sponge_covered") is True
+    return _are_known(observed, SPONGE) and not is_hidden
 
 
 def _is_clutter_seen(observed: Observation) -> bool:

@@ -32,6 +32,10 @@ BLOCK_OVER, BLOCK_PIXELS = 0.02, 20
 """Least height of a block on top of the foam above the foam's top, m, and its least number of pixels: the
 sponge's is 34 mm and some 120 pixels."""
 
+BLOCK_HEIGHT, BLOCK_RADIUS, ON_TOP = 0.034, 0.042, 0.015
+"""Height of its block over the foam's top, radius around the foam's middle that the block is in, and least
+height over either of what lies on it, m: a sponge that is 20 % larger has a block that is 7 mm higher."""
+
 OVERTURNED_FROM = 0.045
 """Height of the foam's top from which a sponge without its block on top lies on another face, m: on its side
 it is 75 mm high, upside down 64 mm."""
@@ -92,6 +96,20 @@ def is_of_sponge(points: Points, face: Rectangle, top: float) -> Mask:
         around: Mask = np.hypot(x, y) <= SPONGE_RADIUS
         return around
     return _inside(points, face, SPONGE_MARGIN)
+
+
+def find_on_sponge(points: Points, face: Rectangle, top: float) -> tuple[Mask, float]:
+    """Find the points of what lies on the sponge, and the height of what it lies on: the block, or the foam.
+
+    None are found on a sponge that does not lie flat.
+    """
+    z = points[:, :, 2]
+    over = _inside(points, face, 0.0) & is_standing(points) & (abs(top - SPONGE_HEIGHT) <= FLAT)
+    x, y = points[:, :, 0] - face.x, points[:, :, 1] - face.y
+    block_top = top + BLOCK_HEIGHT
+    is_high = over & (z > block_top + ON_TOP)
+    is_beside = over & (z > top + ON_TOP) & (np.hypot(x, y) > BLOCK_RADIUS)
+    return is_high | is_beside, block_top if int(is_high.sum()) >= MIN_PIXELS else top
 
 
 def _inside(points: Points, face: Rectangle, margin: float) -> Mask:

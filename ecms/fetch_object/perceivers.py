@@ -155,7 +155,10 @@ SURVEYED_FOR = 0.04
 """Height of the middle of the object for which the place to deliver was surveyed, over its stand, m."""
 
 SIDES = {"middle": 0.0, "left": 0.12, "right": -0.12}
-"""Where on the stand the object belongs, along y from the surveyed place, m."""
+"""Where on the stand the object belongs, along y from the surveyed place, m; anywhere is each of them."""
+
+ON_STAND, BESIDE_SPOT = 0.02, 0.01
+"""Least height over the stand of what is in the way there, and distance that it keeps from the object, m."""
 
 MAX_AGE = 30.0
 """Greatest age of a picture that still says where the object is, s."""
@@ -167,6 +170,11 @@ at the carriage."""
 FAR_OFF = 0.1
 """Distance beyond `REACH` from which a look from nearer by would not show the object in reach, m."""
 
+OFF_BENCHES, LOW = 0.63, 0.15
+"""Least y of an object on the floor that the hand can grip, m, and least depth of such an object below the
+arm's base: nearer to the site's `bench` the arm's sixth link is too near to that, with a hand that is turned
+and grips beside the middle."""
+
 REACH_ASIDE = 0.15
 """Greatest lateral offset of an object from the arm's base, m: beyond it the elbow would hit the stand."""
 
@@ -176,14 +184,15 @@ FLOOR = ((WESTMOST, 0.03), (-1.295, 2.595))
 SURVEYED = ("station_survey", "delivery_position")
 """Places of the stands."""
 
-AROUND_STANDS = 0.55
-"""Margin around these places, along x and y, within which the can is looked for, m."""
+AROUND_STANDS = ((-0.80, -0.55), (0.55, 0.55))
+"""Margins of the area around these places, along x and y, in which the can is looked for, m: in the west as
+far as the aisle."""
 
 SEARCH_CELL = 0.08
 """Edge of the squares of floor and stands that are looked over, m: about as large as an object."""
 
-SEARCH_WIDE = ((-0.10, -0.45), (0.25, 0.45))
-"""Margins of the searched area around the stands' places, along x and y, m."""
+SEARCH_WIDE = ((-0.75, -0.45), (0.25, 0.45))
+"""Margins of the searched area around the stands' places, along x and y, m: the aisle is part of it."""
 
 SEARCH_AGE = 60.0
 """Greatest age of a picture that still counts as a look at a square, s."""
@@ -195,8 +204,8 @@ SAME_PLACE = 0.15
 """Standard uncertainty of a place from memory, m: positions as near as that count as one usual place."""
 
 SEARCHED_SHARE = 0.98
-"""Share of it that was looked over when nothing is there: the mast and the camera over the aisle show as much
-in three looks each; the arm or the carriage may hide the rest."""
+"""Share of it that was looked over when nothing is there: the rest are single squares that the arm hides. The
+carriage hides 7 %, so the camera over the aisle has to look when it stands elsewhere, too."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
@@ -264,6 +273,7 @@ def find_object(view: View) -> Perception:
     looked: dict[tuple[int, int], float] = {}
     station: GripStation | None = None
     is_seen, seen_above = False, None
+    is_missed = False
     while True:
         kind = _kind(view.readings)
         if kind is not None and all(place in view.readings for place in SURVEYED):
@@ -295,8 +305,11 @@ def find_object(view: View) -> Perception:
                     elif name == "mast" and seen_above is not None and not _shows(picture, seen_above[0]):
                         continue
                 is_seen = found["object_seen"] == (True,)
-                if is_seen:
+                if is_seen or (name == "mast" and not is_missed):
+                    # What was looked over before it was missed says nothing of where it may be since.
                     looked.clear()
+                is_missed = not is_seen and (is_missed or name == "mast")
+                if is_seen:
                     station = _farther_aside(station, found)
                     if station is not None:
                         found["object_aside"] = (station.aside, UNCERTAINTY)
@@ -352,6 +365,7 @@ def track(view: View) -> Perception:
             values["object_grip_height"] = estimate(grip_height(height, is_lying=is_lying), UNCERTAINTY)
         if kind is not None and place is not None:
             x, y, z = place
+            y += given.get("delivery_offset", _offsets(given)[0])
             z += given.get("stand_lift", 0.0)
             values["object_place"] = estimate((x, y, z + height / 2.0), UNCERTAINTY)
         if "station_survey" in given and "base_position" in given:
@@ -366,8 +380,10 @@ def track(view: View) -> Perception:
             values["robot_at_target"] = dist(given["base_position"][:2], station[:2]) < ARRIVED_WITHIN
             values["object_out_of_reach"] = False
             if seen is not None:
+                is_low = seen[2] < given["base_position"][2] - LOW
+                is_far = not REACH[0] - NEARER <= away <= REACH[1] + UNCERTAINTY
                 values["object_distance"] = estimate(away, UNCERTAINTY)
-                values["object_out_of_reach"] = not REACH[0] - NEARER <= away <= REACH[1] + UNCERTAINTY
+                values["object_out_of_reach"] = is_far or (is_low and seen[1] < OFF_BENCHES)
         view = yield values
 
 
@@ -392,11 +408,17 @@ def _kind(given: Mapping[str, Any]) -> Kind | None:
 
 
 def _place(given: Mapping[str, Any]) -> Place | None:
-    """Return the point on the stand where the object belongs."""
+    """Return the middle of the stand to which the object belongs, on its top."""
     if "delivery_position" not in given or "to" not in given:
         return None
     x, y, z = given["delivery_position"]
-    return (x, y + SIDES[given["to"]], z - SURVEYED_FOR)
+    return (x, y, z - SURVEYED_FOR)
+
+
+def _offsets(given: Mapping[str, Any]) -> tuple[float, ...]:
+    """Return where the object may stand, along y from the middle of the stand, in the order of trial."""
+    side = SIDES.get(given["to"])
+    return tuple(SIDES.values()) if side is None else (side,)
 
 
 def _is_held(given: Mapping[str, Any]) -> bool | None:
@@ -418,7 +440,8 @@ def _station_for(surveyed: Place, seen: Place | None, aside: float) -> Place:
     if seen is None:
         return surveyed
     away, off = dist(seen[:2], surveyed[:2]), abs(seen[1] - surveyed[1])
-    if aside == 0.0 and REACH[0] <= away <= REACH[1] and off <= REACH_ASIDE:
+    is_ahead = seen[0] > surveyed[0] and REACH[0] <= away <= REACH[1] and off <= REACH_ASIDE
+    if aside == 0.0 and is_ahead:
         return surveyed
     (west, east), (south, north) = FLOOR
     # Beside an object in the aisle the base stands on the side away from the benches, if there is floor.
@@ -458,6 +481,8 @@ def _look(
     mask = _find_kind(picture, points, kind, stands, given)
     lift = None if belongs is None or not is_mast else _stand_lift(points[~mask], belongs)
     values: dict[str, tuple[Any, ...] | None] = {} if lift is None else {"stand_lift": (lift, UNCERTAINTY)}
+    if belongs is not None and is_mast:
+        values |= _room_to_put(points[~mask & _is_off_robot(points, given)], kind, belongs, given)
     if int(mask.sum()) < MIN_PIXELS:
         return values | {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
     found, support = _locate(points[mask], points[~mask], kind)
@@ -491,9 +516,58 @@ def _look(
     values["object_push_way"] = None if push is None else (push[1], UNCERTAINTY)
     if belongs is not None:
         dx, dy, _ = (a - b for a, b in zip(found.position, belongs, strict=True))
+        nearest = min(max(dy, min(_offsets(given))), max(_offsets(given)))
         stands_there = support is not None and abs(support - belongs[2]) < STAND_WITHIN
-        values["object_delivered"] = (stands_there and hypot(dx, dy) < DELIVERED_WITHIN,)
+        values["object_delivered"] = (stands_there and hypot(dx, dy - nearest) < DELIVERED_WITHIN,)
     return values
+
+
+def _room_to_put(
+    points: Points, kind: Kind, middle: Place, given: Mapping[str, Any]
+) -> dict[str, tuple[Any, ...] | None]:
+    """Return the first spot on the stand with room for the object and a hand, by `points` (n, 3) of the rest.
+
+    All is unknown if the picture does not show a spot before it: the hand may hide it.
+    """
+    x, y, z = middle
+    z += given.get("stand_lift", 0.0)
+    is_lying = given.get("object_lying") is True
+    top = z + given.get("object_scale", 1.0) * (kind.lying_height if is_lying else kind.height)
+    half = kind.height / 2.0 if is_lying else hypot(*kind.sides) / 2.0
+    on_stand = points[points[:, 2] > z - STAND_WITHIN]
+    beside = on_stand[on_stand[:, 2] > z + ON_STAND]
+    higher = on_stand[on_stand[:, 2] > top + HAND_CLEARANCE]
+    is_shown = True
+    for offset in _offsets(given):
+        spot = (x, y + offset, z)
+        above = np.hypot(beside[:, 0] - spot[0], beside[:, 1] - spot[1]) < half + BESIDE_SPOT
+        if int(above.sum()) >= MIN_HIT:
+            continue
+        is_shown &= _shows_spot(on_stand[on_stand[:, 2] < z + ON_STAND], spot, half)
+        if not is_shown:
+            break
+        yaws = [
+            yaw
+            for yaw in GRIP_HEADINGS
+            if _has_room(higher, spot, yaw) and not _is_below_fingers(beside, spot, yaw)
+        ]
+        if yaws:
+            return {
+                "delivery_offset": (offset, UNCERTAINTY),
+                "delivery_yaw": (yaws[0], HEADING_UNCERTAINTY),
+                "delivery_free_across": (len(yaws) > 1,),
+                "delivery_taken": (False,),
+            }
+    unknown = dict.fromkeys(("delivery_offset", "delivery_yaw", "delivery_free_across", "delivery_taken"))
+    return {**unknown, "delivery_taken": (True,)} if is_shown else {**unknown}
+
+
+def _shows_spot(points: Points, spot: Place, half: float) -> bool:
+    """Return True if some of `points` (n, 3) of a face are in each quarter of the circle around a spot."""
+    off = points[:, :2] - np.array(spot[:2])
+    off = off[np.hypot(off[:, 0], off[:, 1]) < half]
+    quarters = 2 * (off[:, 0] > 0.0) + (off[:, 1] > 0.0)
+    return bool((np.bincount(quarters, minlength=4) >= MIN_HIT).all())
 
 
 def _look_from_above(
@@ -704,7 +778,7 @@ def _searched_area(stands: Points) -> tuple[Points, Points]:
 
 def _is_around(points: Points, places: Points) -> Mask:
     """Find the points (h, w, 3) of a picture that are near the rectangle that places (n, 2) span."""
-    low, high = places.min(axis=0) - AROUND_STANDS, places.max(axis=0) + AROUND_STANDS
+    low, high = places.min(axis=0) + AROUND_STANDS[0], places.max(axis=0) + AROUND_STANDS[1]
     around: Mask = ((points[:, :, :2] > low) & (points[:, :, :2] < high)).all(axis=2)
     return around
 

@@ -28,6 +28,9 @@ CARRY = (0.30, 0.0, 0.36)
 """Tool position while the base drives, relative to the arm's base, m: higher than the stands, and not over
 them, as something may stand there that no picture has shown yet."""
 
+BESIDE = (0.10, 0.50, 0.36)
+"""Tool position beside the base, on either side, by which a hand comes from behind it, relative to it, m."""
+
 ASIDE = (0.30, -0.40, 0.40)
 """Tool position that does not hide the stand from the mast camera, relative to the arm's base, m."""
 
@@ -90,6 +93,9 @@ between the pads, which are 20 mm wide, m: the hand keeps so much farther from w
 OVER_WITHIN = 0.03
 """Greatest distance from a place, level, at which the tool is over it, m."""
 
+SAME_STATION = 0.05
+"""Distance of two places of the base below which the arm has the same ways to an object, m."""
+
 STATION_ASIDES = (0.40, -0.40)
 """Distances to the left of an object at which the base stands where no grip was allowed from before, m."""
 
@@ -137,12 +143,12 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     pace = inputs["hand_speed"]
     if not (_is_located(observed) and observed["object_free"]):
         return
-    if not _in_reach(observed, observed["object_position"]):
+    if not _in_reach(observed, observed["object_position"]) or observed.get("object_out_of_reach") is True:
         return
     is_free_across = observed.get("object_free_across") is True and not observed["object_lying"]
     # From beside the stand the hand's camera sees the carriage, which shows if it is off.
     yield act("look", camera="hand")
-    stations = (_grip_from(aside, pace) for aside in STATION_ASIDES)
+    stations = (_grip_from(aside, pace) for aside in STATION_ASIDES if _is_elsewhere(observed, aside))
     ends = (_grip_turned(turn, 0.0, pace) for turn in (pi, -pi / 2.0) if turn == pi or is_free_across)
     ways = (*_grips(observed, pace), *stations, *ends)
     observed = yield from first_allowed(observed, *ways)
@@ -172,16 +178,29 @@ def _grip_from(aside: float, pace: float) -> Way:
     def grip(observed: Observation) -> Task:
         if not _is_located(observed):
             return observed
-        x, y, _ = observed["object_position"]
+        u, v = _station(observed, aside)
         observed = yield from _carry(observed, pace)
-        along, across = base_from(x, aside)
-        observed = yield from _drive(min(EASTMOST, x + along), y + across)
+        observed = yield from _drive(u, v)
         observed = yield from _look(observed, pace)
         if not (_is_located(observed) and observed["object_free"]):
             return observed
         return (yield from first_allowed(observed, *_grips(observed, pace)))
 
     return grip
+
+
+def _station(observed: Observation, aside: float) -> tuple[float, float]:
+    """Place (x, y) of the base so far to the left of the object, m."""
+    x, y, _ = observed["object_position"]
+    along, across = base_from(x, aside)
+    return min(EASTMOST, x + along), y + across
+
+
+def _is_elsewhere(observed: Observation, aside: float) -> bool:
+    """Check that the base does not stand there already, as where the floor ends."""
+    u, v = _station(observed, aside)
+    x, y, _ = observed["base_position"]
+    return hypot(u - x, v - y) > SAME_STATION
 
 
 def _grip(observed: Observation, pace: float, turn: float, aside: float = 0.0) -> Task:
@@ -271,18 +290,35 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     if observed.get("object_grasped") is False:
         return
     # From here the mast sees the stand: the place relative to the base, not as far as wheels have slipped,
-    # and how high it is.
+    # how high it is, and where there is room on it.
     observed = yield act("look", camera="mast")
+    if "delivery_taken" not in observed:
+        observed = yield from _look(observed, pace)
+    for _ in range(LOOKS_FOR_ROOM):
+        if observed.get("delivery_taken") is not True:
+            break
+        observed = yield act("look", camera="mast")
     if "object_place" not in observed or "object_grip_height" not in observed:
         return
+    if observed.get("delivery_taken") is True:
+        return
     place, grip_height = observed["object_place"], observed["object_grip_height"]
-    puts = (_put(place, grip_height, yaw, pace) for yaw in HEADINGS)
+    puts = (_put(place, grip_height, yaw, pace) for yaw in _headings_to_put(observed))
     observed = yield from first_allowed(observed, *puts)
     observed = yield from _look(observed, pace)
     for _ in range(LOOKS):
         if observed.get("object_delivered") is True:
             break
         observed = yield act("look", camera="mast")
+
+
+def _headings_to_put(observed: Observation) -> tuple[float, ...]:
+    """Return the headings of a hand that has room to put something down: those that close alike first."""
+    free = observed.get("delivery_yaw", 0.0)
+    alike = tuple(yaw for yaw in HEADINGS if abs(sin(yaw - free)) <= abs(cos(yaw - free)) + 1e-9)
+    if observed.get("delivery_free_across") is False:
+        return alike
+    return (*alike, *(yaw for yaw in HEADINGS if yaw not in alike))
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -351,6 +387,9 @@ def _search(observed: Observation) -> Task:
             break
         yield from _drive(x, y)
         observed = yield act("look", camera="mast")
+        if observed.get("object_detected") is not True:
+            # It may lie where the carriage stood before.
+            observed = yield act("look", camera="aisle_top")
     return (yield from _go_there(observed))
 
 
@@ -426,13 +465,22 @@ def _look(observed: Observation, pace: float) -> Task:
 
 
 def _carry(observed: Observation, pace: float) -> Task:
-    """Raise the tool to carrying height, then draw it in."""
+    """Raise the tool to carrying height, then draw it in; from behind the base by way of its side."""
     target = _from_base(observed, CARRY)
     if observed["tool_position"][2] < target[2]:
         x, y, _ = observed["tool_position"]
         raises = (_go((x, y, target[2]), yaw, pace) for yaw in HEADINGS)
         observed = yield from first_allowed(observed, *raises)
-    return (yield from first_allowed(observed, *(_go(target, yaw, pace) for yaw in HEADINGS)))
+    ahead, side, height = BESIDE
+    left = observed["tool_position"][1] - observed["base_position"][1]
+    beside = _from_base(observed, (ahead, copysign(side, left), height))
+
+    def go_round(observed: Observation) -> Task:
+        observed = yield from first_allowed(observed, *(_go(beside, yaw, pace) for yaw in HEADINGS))
+        return (yield from first_allowed(observed, *(_go(target, yaw, pace) for yaw in HEADINGS)))
+
+    ways = [_go(target, yaw, pace) for yaw in HEADINGS]
+    return (yield from first_allowed(observed, *ways, go_round))
 
 
 def _go(place: Place, yaw: float, pace: float) -> Way:

@@ -12,6 +12,9 @@ EASTMOST = 0.03
 WESTMOST = -0.595
 """Least x of the arm's base, m: 5 mm inside the site's `floor`, too."""
 
+BEHIND = 0.45
+"""Greatest distance of an object west of all places of the base at which it is picked from beside, m."""
+
 STATION_TO_OBJECT = 0.58
 """Distance of the object from the arm's base where the base stands to pick it, m."""
 
@@ -21,13 +24,13 @@ def base_from(x: float, aside: float) -> tuple[float, float]:
 
     Args:
         x: of the object, m.
-        aside: distance to its left, m; farther aside where the floor ends in the west.
+        aside: distance to its left, m; farther aside where the floor ends in the west, before or behind it.
 
     Returns:
         Offset of the base along x and y, m.
     """
     along = -sqrt(STATION_TO_OBJECT**2 - aside**2)
-    if x + along >= WESTMOST or x < WESTMOST:
+    if x + along >= WESTMOST or x < WESTMOST - BEHIND:
         return along, aside
     along = WESTMOST - x
     return along, copysign(sqrt(STATION_TO_OBJECT**2 - along**2), aside)

@@ -40,6 +40,7 @@ class Bench:
         is_pressed: the lid has pressed since the last picture with a load that seals.
         is_lid_over: it was over the wrapper since then.
         is_held: the hand may hold something.
+        holds_filling: its fingers are as far apart as a filling is wide.
         count: number of dumplings that are asked for.
     """
 
@@ -56,6 +57,7 @@ class Bench:
     is_pressed: bool = False
     is_lid_over: bool = False
     is_held: bool = False
+    holds_filling: bool = False
     count: int = 1
 
     @property
@@ -65,8 +67,13 @@ class Bench:
 
     @property
     def hidden(self) -> int:
-        """Number of fillings that no picture shows any more."""
-        return self.most_fillings - len(self.settled) - len(self.fillings)
+        """Number of fillings that no picture shows any more, and that the hand does not hold."""
+        return self.most_fillings - len(self.settled) - len(self.fillings) - int(self.holds_filling)
+
+    @property
+    def may_hold_wrapper(self) -> bool:
+        """True if the hand may hold a wrapper."""
+        return self.is_held and not self.holds_filling
 
     def is_inside(self, filling: Place, piece: Piece) -> bool:
         """Return True if a filling that is seen is within a dumpling, as where one on its edge is open."""

@@ -14,7 +14,7 @@ MOST_TRIES = 6
 def chosen_wrapper(bench: Bench) -> int | None:
     """Choose the wrapper that is worked on: a dumpling, one on the press, or the one of before."""
     before = bench.in_work
-    if before is not None and (before.unseen == 1 or (before.unseen and bench.is_held)):
+    if before is not None and (before.unseen == 1 or (before.unseen and bench.may_hold_wrapper)):
         return bench.work  # a picture that misses it is none without it, and the hand may hold it
 
     def rank(number: int) -> tuple[bool, bool, int, bool, bool, float]:

@@ -7,7 +7,7 @@ from aeros.perception import Picture, View
 
 from .bench import Bench
 from .choice import chosen_wrapper
-from .measures import MAX_HEIGHT, OVER_BENCH, Place
+from .measures import FILLING_GAP, GAP_WITHIN, MAX_HEIGHT, OVER_BENCH, Place
 from .pictures import level_points, look_from_above, shows_filling
 from .wrappers import MOST_PRESSES, Piece, Wrapper
 
@@ -34,11 +34,13 @@ def with_press(bench: Bench, view: View) -> Bench:
     is_pressed = any(one.value > SEALING_LOAD for one in view.samples["press_force"])
     handle, press = (view.readings.get(name) for name in ("press_handle_position", "press_position"))
     is_over = handle is not None and press is not None and handle[0] - press[0] > LID_OVER
+    is_held, gap = view.readings.get("holding") is not False, view.readings.get("finger_gap")
     return replace(
         bench,
         is_pressed=bench.is_pressed or is_pressed,
         is_lid_over=bench.is_lid_over or is_over,
-        is_held=view.readings.get("holding") is not False,
+        is_held=is_held,
+        holds_filling=is_held and gap is not None and abs(gap - FILLING_GAP) < GAP_WITHIN,
         count=int(view.readings.get("count") or 1),
     )
 
@@ -153,15 +155,15 @@ def with_wrappers(bench: Bench, wrappers: list[Wrapper]) -> Bench:
 
 
 def with_counts(bench: Bench) -> Bench:
-    """Count fillings: when all are seen elsewhere, a closed wrapper has none."""
+    """Count fillings: when all are seen elsewhere or held, a closed wrapper has none."""
     free = sum(
         not any(bench.is_inside(one.middle, piece) for piece in bench.pieces) for one in bench.fillings
     )
-    most = max(bench.most_fillings, len(bench.settled) + free)
+    most, held = max(bench.most_fillings, len(bench.settled) + free), int(bench.holds_filling)
     pieces = list(bench.pieces)
     for i, piece in enumerate(bench.pieces):
         is_known = piece.is_wrapped or piece.was_open
-        if is_known and piece.wrapper.is_closed and most <= len(bench.settled) + free:
+        if is_known and piece.wrapper.is_closed and most <= len(bench.settled) + free + held:
             pieces[i] = replace(piece, is_wrapped=False, is_shut=piece.wrapper.fold is not None)
     return replace(bench, pieces=tuple(pieces), most_fillings=most)
 

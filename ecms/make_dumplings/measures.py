@@ -28,6 +28,9 @@ FILLING_HEIGHT = 0.017
 ON_PRESS_WITHIN = (0.04, 0.015)
 """Greatest distance of the hinge from its place on the press, level and in height, m."""
 
+FILLING_GAP, GAP_WITHIN = 0.022, 0.005
+"""Gap of fingers that hold a filling, and the tolerance of gaps, m."""
+
 POT_HALF, POT_DEPTH = (0.08, 0.085), 0.05
 """Half of the pot's inner length and width, m, and from its floor to its surveyed opening."""
 

@@ -11,7 +11,7 @@ from math import atan2, copysign, cos, dist, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, Way, act, first_allowed
 
-from .measures import HINGE_TO_PLATE, LOWEST, PLATE_HALF, Place
+from .measures import FILLING_GAP, GAP_WITHIN, HINGE_TO_PLATE, LOWEST, PLATE_HALF, Place
 
 Leg = tuple[Action, ...]
 Task = Generator[Action, Observation, Observation]
@@ -76,8 +76,8 @@ COOKING_TRIES = 2
 PUSHES = 2
 """Largest number of pushes that are to give the hand room at a thing."""
 
-WRAPPER_GAP, HANDLE_GAP, FILLING_GAP = 0.056, 0.044, 0.022
-"""Gap of fingers that hold the wrapper, open or closed, the press's handle or the filling, m."""
+WRAPPER_GAP, HANDLE_GAP = 0.056, 0.044
+"""Gap of fingers that hold the wrapper, open or closed, or the press's handle, m."""
 
 WRAPPER_GRIP, BLOCKER_GRIP = 0.046, 0.042
 """Gap that fingers close to around a wrapper, and around one of a size that is not known, m: fingers that
@@ -85,9 +85,6 @@ miss one on the press must not close on its bed, which is 36 mm wide."""
 
 FILLING_GRIP, HANDLE_GRIP = 0.012, 0.036
 """The same around the filling and the press's handle, m."""
-
-GAP_WITHIN = 0.005
-"""Tolerance of the finger gap around these widths, m."""
 
 DEEPER = 0.002
 """Fingers that missed a wrapper, a dumpling or the handle grip it this much lower the second time, m.
@@ -188,7 +185,11 @@ def prepare(observed: Observation, inputs: Inputs) -> SkillBody:
     pace = inputs["hand_speed"]
     observed = yield from _open_press(observed, pace)
     observed = yield from _look(observed, pace)
-    if observed.get("dough_on_workspace") is not True and not _holds(observed, FILLING_GAP):
+    if observed.get("dough_on_workspace") is not True:
+        if _holds(observed, FILLING_GAP):
+            # There is nothing to lay it on: the hand has to be empty for the wrapper.
+            observed = yield from _lay_filling(observed, pace)
+            observed = yield from _look(observed, pace)
         observed = yield from _lay_wrapper(observed, pace)
     if observed.get("filling_on_workspace") is not True:
         observed = yield from _lay_filling(observed, pace)
@@ -532,7 +533,7 @@ def _nudge(observed: Observation, pace: float, thing: Place) -> Leg:
 def _lay_filling(observed: Observation, pace: float) -> Task:
     """Grip the filling, if it is seen, and set it down on the wrapper; where there is none, put it back."""
     x, y, _ = _fixture(observed, "press_position")
-    back = (x + SPOT[0], y + SPOT[1], SPOT[2])
+    back = spot = (x + SPOT[0], y + SPOT[1], SPOT[2])
     if not _holds(observed, FILLING_GAP):
         observed = yield from _clear_press(observed, pace)
         if observed.get("press_free") is False:
@@ -548,9 +549,12 @@ def _lay_filling(observed: Observation, pace: float) -> Task:
             return observed
         # The wrapper may have been moved while the filling was fetched, or knocked off.
         observed = yield from _look(observed, pace)
+        if observed.get("wrappers_suffice") is False:
+            return observed
     is_laid_out = observed.get("dough_on_workspace") is True and _are_known(observed, WRAPPER)
-    goal = _on_plate(observed, FILLING_HEIGHT) if is_laid_out else back
-    return (yield from _do(observed, _put(pace, goal, HALF_OPEN)))
+    goals = (_on_plate(observed, FILLING_HEIGHT),) if is_laid_out else (back, spot)
+    puts = (_drop(goal, yaw, pace, HALF_OPEN) for goal in goals for yaw in HEADINGS)
+    return (yield from first_allowed(observed, *puts))
 
 
 def _is_beside_press(observed: Observation, thing: Place) -> bool:
@@ -689,13 +693,13 @@ def _put(pace: float, place: Place, opened: float, yaw: float = 0.0) -> Leg:
     )
 
 
-def _drop(place: Place, yaw: float, pace: float) -> Way:
+def _drop(place: Place, yaw: float, pace: float, opened: float = OPEN) -> Way:
     """Put down what is held with a turned hand; what was let go stays."""
 
     def drop(observed: Observation) -> Task:
         if observed["holding"] is False:
             return observed
-        return (yield from _do(observed, _put(pace, place, OPEN, yaw)))
+        return (yield from _do(observed, _put(pace, place, opened, yaw)))
 
     return drop
 

@@ -82,7 +82,7 @@ def place_values(bench: Bench) -> Values:
     if besides:
         values["other_wrapper_position"] = (besides[0].wrapper.grip, UNCERTAINTY)
     values |= press_values(bench)
-    if piece is not None and piece.unseen and piece.is_wrapped and bench.is_held:
+    if piece is not None and piece.unseen and piece.is_wrapped and bench.may_hold_wrapper:
         values |= dict.fromkeys(("dough_on_workspace", "filling_on_workspace", "dumpling_wrapped"), (True,))
     if piece is None or piece.unseen:
         return values
@@ -190,7 +190,7 @@ def remaining_values(bench: Bench) -> Values:
     wrappers = len(near) - len(useless) - len(tight)
     needed = bench.count - len(bench.settled)
     values: Values = {
-        "wrappers_suffice": (wrappers + int(bench.is_held) >= needed,),
+        "wrappers_suffice": (wrappers + int(bench.may_hold_wrapper) >= needed,),
         "fillings_suffice": (usable + int(bench.is_held) >= needed,),
         "wrappers_lost": (len(lost),),
         "wrappers_out_of_reach": (len(far),),

@@ -305,6 +305,27 @@ def test_a_sponge_is_overturned_if_it_is_high_and_its_block_is_not_on_top(
     assert found["sponge_top"] == pytest.approx(tops[0].z, abs=0.003)
 
 
+CUBE_ON_BLOCK = Top(0.452, 0.338, 0.104, (0.02, 0.02), BLUE)
+
+
+def test_a_thing_on_the_sponge_is_clutter_above_it_and_in_the_way() -> None:
+    bare, covered = seen(SPONGE, BLOCK), seen(SPONGE, BLOCK, CUBE_ON_BLOCK)
+    assert (bare["sponge_covered"], bare["wiping_area_clear"], bare["clutter_on_table"]) == (
+        False,
+        True,
+        False,
+    )
+    assert (covered["sponge_covered"], covered["wiping_area_clear"]) == (True, False)
+    assert covered["clutter_position"] == pytest.approx((0.452, 0.338, 0.084), abs=0.006)
+    assert covered["clutter_length"] == pytest.approx(0.04, abs=0.006)
+    assert not covered["clutter_ungraspable"]
+
+
+def test_a_thing_on_the_foam_beside_its_block_is_clutter_too() -> None:
+    found = seen(SPONGE, BLOCK._replace(half=(0.02, 0.016)), Top(0.49, 0.34, 0.06, (0.015, 0.03), BLUE))
+    assert (found["sponge_covered"], found["clutter_on_table"]) == (True, True)
+
+
 @pytest.mark.parametrize(
     ("height", "y", "is_clear"), [(0.09, -0.26, False), (0.05, -0.26, True), (0.09, -0.31, True)]
 )

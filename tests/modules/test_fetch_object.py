@@ -5,7 +5,7 @@ from __future__ import annotations
 import runpy
 from contextlib import suppress
 from dataclasses import replace
-from math import copysign, cos, dist, pi, sin
+from math import copysign, cos, dist, hypot, pi, sin
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from ecms.fetch_object import perceivers
+from ecms.fetch_object.stations import base_from
 from tests.modules.looking import GREY, Put, Top, Watched, as_picture, draw
 
 ABOVE = Camera(eye=(0.5, 0.1, 1.5), target=(0.5, 0.1, 0.0), up=(1.0, 0.0, 0.0), field_of_view=40.0)
@@ -86,8 +87,8 @@ def test_a_heading_is_from_minus_a_quarter_turn_on() -> None:
 
 @pytest.mark.parametrize(("beyond", "is_seen"), [(0.52, True), (0.58, False)])
 def test_a_red_thing_far_from_the_stands_is_no_can(beyond: float, is_seen: bool) -> None:
-    # The picture shows y from -0.6 to 0.8 m.
-    for station in ((0.6, 0.2 - beyond, 0.0), (0.6 - beyond, 0.2, 0.0), (0.6 + beyond, 0.2, 0.0)):
+    # The picture shows y from -0.6 to 0.8 m. In the west is the aisle.
+    for station in ((0.6, 0.2 - beyond, 0.0), (0.6 - beyond, 0.2, 0.0), (0.85 + beyond, 0.2, 0.0)):
         places = {**WANTED, "station_survey": station, "delivery_position": station}
         watched = Watched("fetch_object", "find_object", places)
         assert watched.see(0.0, draw(ABOVE, [STANDING], name="mast"))["object_seen"] is is_seen
@@ -107,7 +108,12 @@ def test_without_enough_red_there_is_no_can() -> None:
     pink, small = STANDING._replace(colour=(200, 30, 105)), STANDING._replace(half=(0.008, 0.0))
     for tops in ([], [blue], [dark], [pink], [small]):
         found = from_mast(*tops)
-        assert found.keys() == {"object_seen", "object_delivered", "object_searched", "object_absent"}
+        assert {name for name, value in found.items() if value is not None} == {
+            "object_seen",
+            "object_delivered",
+            "object_searched",
+            "object_absent",
+        }
         assert (found["object_seen"], found["object_delivered"], found["object_absent"]) == (False,) * 3
 
 
@@ -673,3 +679,29 @@ def test_a_place_that_is_too_old_by_the_turn_of_a_grip_is_looked_at_again() -> N
     assert asked[-1].parameters == {"camera": "mast"}
     with pytest.raises(StopIteration):
         body.send(observed)
+
+
+@pytest.mark.parametrize(("x", "along"), [(-0.45, -0.145), (-0.76, 0.165), (-1.2, -0.58)])
+def test_beside_what_lies_in_the_west_of_the_aisle_the_base_stands_where_the_floor_ends(
+    x: float, along: float
+) -> None:
+    u, v = base_from(x, 0.0)
+    assert u == pytest.approx(along)
+    assert hypot(u, v) == pytest.approx(0.58)
+
+
+@pytest.mark.parametrize(
+    ("y", "z", "is_out"), [(0.62, -0.26, True), (0.64, -0.26, False), (0.62, 0.14, False)]
+)
+def test_on_the_floor_at_the_benches_an_object_is_out_of_reach(y: float, z: float, is_out: bool) -> None:
+    given = {"object_position": (0.3, y, z), "object_seen": True, "object_seen_time": 1.0}
+    assert tracked(1.0, base_position=(-0.28, y, 0.0), **given)["object_out_of_reach"] is is_out
+
+
+def test_places_that_were_looked_over_before_the_object_was_missed_do_not_count() -> None:
+    watched = Watched("fetch_object", "find_object", {**WANTED, **SURVEY, "base_position": (0.0, 0.2, 0.3)})
+    before = watched.see(0.0, draw(ABOVE, [], name="aisle_top"))["object_searched"]
+    missed = watched.see(1.0, draw(ABOVE, [], name="mast", time=1.0))["object_searched"]
+    after = watched.see(2.0, draw(ABOVE, [], name="mast", time=2.0))["object_searched"]
+    assert before > 0.0
+    assert missed == after > 0.0

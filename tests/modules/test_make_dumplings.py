@@ -561,6 +561,9 @@ def test_a_dumpling_that_two_pictures_miss_is_lost_and_the_other_wrapper_is_work
     bench.watched.readings["holding"] = True
     found = bench.look(5.0)
     assert (found["wrappers_suffice"], found["fillings_suffice"]) == (True, True), "the hand holds one"
+    bench.watched.readings["finger_gap"] = 0.023
+    found = bench.look(6.0)
+    assert (found["wrappers_suffice"], found["fillings_suffice"]) == (False, True), "it holds a filling"
 
 
 def test_a_wrapper_that_stays_open_under_the_lid_twice_does_not_fold() -> None:

@@ -96,6 +96,8 @@ OBSERVED: Final[dict[str, Any]] = {
     "object_expected_place": (1.7, -1.1, 0.44),
     "object_scale": 1.0,
     "delivery_aside": 0.1,
+    "delivery_offset": 0.12,
+    "delivery_yaw": 1.5,
     "object_aside": 0.0,
     "wrapper_scale": 1.0,
     "object_place": (1.7, -1.1, 0.44),

@@ -59,7 +59,22 @@ def test_the_last_denial_is_raised_where_every_way_is_denied() -> None:
     body.throw(ActionDenied("too near", {"seen": 2}))
     with pytest.raises(ActionDenied, match="nearer still") as raised:
         body.throw(ActionDenied("nearer still", {"seen": 3}))
-    assert raised.value.observed == {"seen": 3}
+    assert (raised.value.observed, raised.value.denials) == ({"seen": 3}, 2)
+
+
+def test_a_denial_that_another_way_made_up_for_is_not_counted_later() -> None:
+    def both(observed: Observation) -> Generator[Action, Observation, Observation]:
+        observed = yield from first_allowed(observed, turned(0.0), turned(1.5))
+        return (yield from first_allowed(observed, turned(3.0)))
+
+    body = both({"seen": 1})
+    next(body)
+    body.throw(ActionDenied("too near", {"seen": 2}))
+    body.send({"seen": 3})
+    assert body.send({"seen": 4}) == act("over", yaw=3.0, seen=4)
+    with pytest.raises(ActionDenied) as raised:
+        body.throw(ActionDenied("too far", {"seen": 5}))
+    assert raised.value.denials == 1
 
 
 def test_without_a_way_nothing_can_be_done() -> None:

@@ -108,6 +108,7 @@ class FailureRules:
             pause_s=LOOK_AGAIN_PAUSE_S if times > 1 else pause_s,
             wait=wait_after_denial(result.causes, self._runtime.site) if result.is_transient else None,
             is_stop=result.status is StepStatus.CANCELLED and is_known,
+            is_exhausted=result.denials >= MOST_OF_A_KIND,
         )
 
     def after_no_start(

@@ -62,6 +62,7 @@ class AttemptResult:
         is_stop: it was cancelled with a part of the plan, or not started for that, and ended in a known state
             that no proof excludes.
         is_verdict: its outcome says, for the second time, why no other try can succeed.
+        is_exhausted: it was denied in several ways, and knows no other.
         pause_s: time that is to pass before another plan, plant seconds.
         wait: what may allow it later, after a denial or where it could not start; None if nothing may.
     """
@@ -79,6 +80,7 @@ class AttemptResult:
     pause_s: float = 0.0
     wait: Wait | None = None
     is_stop: bool = False
+    is_exhausted: bool = False
 
     @property
     def final_words(self) -> str:

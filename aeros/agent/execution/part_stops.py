@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 
 from aeros.agent.execution.attempt import AttemptResult
 from aeros.agent.execution.progress import PlanProgress, StepPath
-from aeros.agent.execution.repeats import MOST_OF_A_KIND
 from aeros.agent.execution.waiting import Wait
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.agent.world.values import to_json_value
@@ -97,7 +96,7 @@ def failure_of_attempt(step: PlanStep, attempt: AttemptResult, denied: set[str])
     request = json.dumps([ran_by.module, ran_by.skill, inputs], sort_keys=True)
     if request in denied:
         return PlanFailure(f"{name} was denied a second time: {why}", is_final=True)
-    if attempt.record is not None and attempt.record.denied >= MOST_OF_A_KIND:
+    if attempt.is_exhausted:
         return PlanFailure(f"{name} was denied in every way that it knows: {why}", is_final=True)
     denied.add(request)
     return PlanFailure(f"{name} was denied: {why}")

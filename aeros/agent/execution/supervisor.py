@@ -150,7 +150,8 @@ def assess_step(
         return StepAssessment(outcome.id, False, False, "")
     is_verdict = not halted and outcome.verdict != ""
     reason = halted or (_filled_in(outcome.verdict, after) if is_verdict else f"outcome `{outcome.id}`")
-    causes = causes or (Cause("outcome", name, reason),)
+    # A skill that caught denials and then failed as declared had a reason besides bad luck.
+    causes = causes if halted else (Cause("outcome", name, reason), *causes)
     return StepAssessment(outcome.id, True, False, reason, causes, is_verdict=is_verdict)
 
 

@@ -42,6 +42,9 @@ _NO_SIDE: Final = tuple(
 )
 """Words after `left` and `right` with which they name no side."""
 
+_EMPHASIZED: Final = _LOOSE_PARTICLES | {"down"}
+"""Words after a bare `left` and `right` with which they name no side."""
+
 _TO_PLACES: Final = english.POSITIONS | english.DIRECTIONS
 _BEFORE_NOUNS: Final = frozenset({"a", "an", "little", "my", "our", "single", "some", "the", "your"})
 """Determiners that say nothing without a noun, or say another thing."""
@@ -377,7 +380,9 @@ def _is_no_side(words: Words, at: int, value: ValuePhrase, triggers: Collection[
     is_named = before[:1] and before[0] in _TO_PLACES | english.DETERMINERS | english.PLACE_NOUNS
     # `wipe the table right`
     is_manner = at + 1 == len(words) and words[at] == "right" and not is_put and not is_named
-    return is_manner or words[at + 1 : at + 2] in _NO_SIDE
+    following = words[at + 1 : at + 2]
+    is_emphasis = not is_named and not _EMPHASIZED.isdisjoint(following)  # `put it right up there`
+    return is_manner or is_emphasis or following in _NO_SIDE
 
 
 def _leads(entry: TaskPhrases, words: Words, at: int) -> bool:

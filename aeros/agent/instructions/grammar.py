@@ -31,7 +31,7 @@ from aeros.agent.instructions.sentences.clauses import (
     strip_ends,
     strip_openers,
 )
-from aeros.agent.instructions.sentences.rephrasing import rephrased
+from aeros.agent.instructions.sentences.rephrasing import rephrased, with_subject
 from aeros.agent.instructions.sentences.spoken_sentences import spoken_sentences, with_labelled_values
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
@@ -105,7 +105,7 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     link = () if len(english.LEADING.starting(tokens)) > len(link) else link
     # At the very start, `later` is a time, and links nothing.
     tokens = tokens if is_first and link == _LATER else tokens[len(link) :]
-    tokens, remarks = _without_remarks(tokens)
+    tokens, remarks = _without_remarks(tokens if is_question else with_subject(tokens))
     tokens, reasons = _without_statements(tokens, is_question=is_question)
     reasons = remarks + reasons
     if reasons:

@@ -8,8 +8,9 @@ from itertools import takewhile
 from typing import Final
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.arguments import is_object
+from aeros.agent.instructions.arguments import counted_parameter, is_object
 from aeros.agent.instructions.conditions import find_condition
+from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Errand
 from aeros.agent.instructions.refusals import InstructionError
@@ -190,6 +191,34 @@ def require_own_place(before: Request, prohibited: Sequence[RoutedTask], segment
         )
 
 
+def is_contrast(before: Request, segment: Segment, tasks: Sequence[TaskPhrases]) -> bool:
+    """Check if a negation only names other values than the request before says.
+
+    Args:
+        before: the request before.
+        segment: words of the negation.
+        tasks: all tasks.
+
+    Returns:
+        True for `make one tea, not two` and `…on the left, not the right`; False for `…, not the cup`, which
+        prohibits a thing.
+    """
+    if segment.marker != ("not",) or segment.link not in (Link.JOINED, Link.ADJUNCT):
+        return False
+    routed = before.errand.routed
+    entry = next(one for one in tasks if one.routed.covers(routed))
+    found = cover(entry, segment.words, knows_pronoun=False)
+    if found.unknown or found.repetitions or found.triggers or found.objects:
+        return False
+    stated = found.prohibited.arguments
+    counted = counted_parameter(routed.task)
+    if found.counts and counted is not None and not stated:
+        numbers = [english.number_of(word) for word in found.counts]
+        return counted.name in before.stated and routed.arguments[counted.name] not in numbers
+    is_of_stated = bool(stated) and not found.counts and stated.keys() <= before.stated
+    return is_of_stated and all(routed.arguments[name] != value for name, value in stated.items())
+
+
 def is_own_check(segment: Segment, before: Request, tasks: Sequence[TaskPhrases]) -> bool:
     """Check if some words ask only to check what the goal of the request before says.
 
@@ -214,7 +243,11 @@ def is_own_check(segment: Segment, before: Request, tasks: Sequence[TaskPhrases]
 
 
 def _is_one_act(segment: Segment, first: Segment) -> bool:
-    """Return True for `take the can, then put it on the left`, and for `I love tea. Make one.`."""
+    """Return True for a second part of one act.
+
+    As in `take the can, then put it on the left`, `bring the can. Put it left.` and `I love tea. Make one.`.
+    """
     is_of_kind = any(english.number_of(word) is not None for word in segment.words)
-    is_put = first.words[:1] and first.words[0] in english.GRASP_VERBS
-    return bool(is_put) or (segment.link is Link.START and is_of_kind)
+    is_grasped = first.words[:1] and first.words[0] in english.GRASP_VERBS
+    is_put = segment.words[0] in english.PUTTING_VERBS and not english.PRONOUNS.isdisjoint(segment.words)
+    return bool(is_grasped) or (segment.link is Link.START and (is_of_kind or is_put))

@@ -33,6 +33,7 @@ from aeros.agent.instructions.reasons.plain_reasons import (
     without_statements,
 )
 from aeros.agent.instructions.refinements import (
+    is_contrast,
     is_own_check,
     placed_things,
     refined_request,
@@ -212,6 +213,8 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
                 context.append(last[0].errand)
             elif is_universal(segment):
                 prohibits_all = segment.text
+            elif last and is_contrast(last[0], segment, tasks):
+                continue
             else:
                 found = prohibited_tasks(segment, tasks, errands)
                 if last and segment.link in (Link.JOINED, Link.ADJUNCT):

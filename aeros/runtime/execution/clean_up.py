@@ -156,7 +156,7 @@ class CleanUp:
             self._record_failure(step, failure)
             raise
         assert step.result is not None  # noqa: S101  `halt_step` has set it
-        status, words, outputs, causes, lost_hold = step.result
+        status, words, outputs, causes, lost_hold, denials = step.result
         # A skill's reason may contain surrogates, which files, databases and terminals reject.
         reason = words.encode(errors="backslashreplace").decode()
         outcome = {"time": self._plant.now(), "status": status.value, "reason": reason}
@@ -164,7 +164,9 @@ class CleanUp:
             outcome["late_ticks"] = self._pipeline.monitors.stops.late_ticks
         event = "step-ended" if step.is_running else "step-refused"
         output_details = {} if outputs is None else {"outputs": dict(outputs)}
-        cause_details = {"causes": causes_to_json(causes)} if causes else {}
+        # Of a skill that finished, the causes are of denials, which have records of their own.
+        has_causes = bool(causes) and status is not StepStatus.FINISHED
+        cause_details = {"causes": causes_to_json(causes)} if has_causes else {}
         self._audit.append(
             event, {**outcome, **cause_details, **caller_details(step.caller), **output_details}
         )
@@ -179,6 +181,7 @@ class CleanUp:
             step.is_transient and status is StepStatus.DENIED,
             causes,
             lost_hold,
+            denials,
         )
 
     def _clean_up_step(self, handle: StepHandle, step: ActiveStep) -> None:

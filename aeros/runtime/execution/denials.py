@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from typing import Final
 
 from aeros.runtime.execution.step import ActiveStep
 from aeros.runtime.ports import StepStatus
 from aeros.runtime.skills.in_process_run import SkillRunResult
+from aeros.spec.model.cause import Cause
 
 MAX_DENIALS: Final = 50
 """Denials for good in one step, after which it ends: no time passes between them, and each takes a decision
@@ -30,7 +32,7 @@ def offer_denial(step: ActiveStep, ending: SkillRunResult) -> SkillRunResult | N
     step.denials.append(ending)
     step.pending_legs.clear()
     if len(step.denials) >= MAX_DENIALS:
-        return denied_ending(step, f"; {MAX_DENIALS} denials, the most in one step")
+        return denied_ending(step, MAX_DENIALS, f"; {MAX_DENIALS} denials, the most in one step")
     step.is_denial_open = step.is_held_back = True
     return None
 
@@ -50,26 +52,53 @@ def denial_words(step: ActiveStep) -> str:
     return " and ".join(f"{cause.code} {cause.rule}" for cause in last.causes) or _short_reason(last)
 
 
-def denied_ending(step: ActiveStep, complaint: str = "") -> SkillRunResult:
+def denied_ending(step: ActiveStep, number: int, complaint: str = "") -> SkillRunResult:
     """Make the ending of a step whose skill knows no other way.
 
     Args:
         step: the step.
+        number: how many of its last denials no other way made up for, as the skill says.
         complaint: text to add to the reason.
 
     Returns:
         The last denial of the gate, or if there is none what the plant could not do; with the causes of all
-        denials, so that a planner knows every way that was tried.
+        of these denials, so that a planner knows every way that was tried.
     """
     if not step.denials:
         return SkillRunResult(StepStatus.RAISED, "the skill raised `ActionDenied`, but nothing was denied")
-    *earlier, last = sorted(step.denials, key=lambda one: one.status is StepStatus.DENIED)
-    causes = [cause for one in (last, *earlier) for cause in one.causes]
-    causes = [cause for place, cause in enumerate(causes) if cause not in causes[:place]]
+    number = max(1, min(number, len(step.denials)))
+    *earlier, last = sorted(step.denials[-number:], key=lambda one: one.status is StepStatus.DENIED)
     counts = Counter(_short_reason(one) for one in earlier)
     others = ", ".join(f"{count} by {name}" for name, count in counts.items())
     reason = f"{last.reason}; in other ways before: {others}" if earlier else last.reason
-    return last._replace(reason=reason + complaint, causes=tuple(causes))
+    causes = _causes_of((last, *earlier))
+    return last._replace(reason=reason + complaint, causes=causes, denials=number)
+
+
+def finished_ending(step: ActiveStep, ending: SkillRunResult) -> SkillRunResult:
+    """Add to the ending of a skill that ran to its end the causes of its denials, which it caught.
+
+    A failure that they led to is then no bad luck of the skill.
+
+    Args:
+        step: the step.
+        ending: how it ends.
+
+    Returns:
+        The ending, with these causes if the skill finished.
+    """
+    if ending.status is not StepStatus.FINISHED or not step.denials:
+        return ending
+    return ending._replace(causes=_causes_of(step.denials))
+
+
+def _causes_of(denials: Iterable[SkillRunResult]) -> tuple[Cause, ...]:
+    """Return the causes of denials, each once."""
+    causes: list[Cause] = []
+    for cause in (cause for one in denials for cause in one.causes):
+        if cause not in causes:
+            causes.append(cause)
+    return tuple(causes)
 
 
 def _short_reason(ending: SkillRunResult) -> str:

@@ -11,7 +11,7 @@ from math import inf
 from typing import Any, Final
 
 from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
-from aeros.runtime.execution.denials import denial_words, denied_ending, offer_denial
+from aeros.runtime.execution.denials import denial_words, denied_ending, finished_ending, offer_denial
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.execution.prepare import check_result_outputs
 from aeros.runtime.execution.step import (
@@ -145,9 +145,10 @@ class StepControl:
         )
         step.answer_time += time.monotonic() - began
         if isinstance(response, SkillRunResult) and response.status is StepStatus.RAISED:
-            return (
-                denied_ending(step, f"; and then its code raised {response.reason}") if denial else response
-            )
+            if not denial:
+                return response
+            raised = f"; and then its code raised {response.reason}"
+            return denied_ending(step, len(step.denials), raised)
         if self._plant.now() > step.deadline:
             return SkillRunResult(StepStatus.TIMED_OUT, "the skill's timeout has passed")
         if step.answer_time > budget:
@@ -156,9 +157,9 @@ class StepControl:
                 f"the skill took {step.answer_time:.1f} s of real time for its answers; it has {budget:g} s",
             )
         if isinstance(response, SkillRunResult) and response.status is StepStatus.DENIED:
-            return denied_ending(step)
+            return denied_ending(step, response.denials)
         if isinstance(response, SkillRunResult):
-            return check_result_outputs(step.skill, response)
+            return finished_ending(step, check_result_outputs(step.skill, response))
         step.requested_action = self._with_site_names(step.ecm, response)
         return None
 

@@ -123,7 +123,8 @@ class IsolatedRun(IsolatedCode):
         if isinstance(response, SkillRaised):
             return SkillRunResult(StepStatus.RAISED, response.reason)
         if isinstance(response, SkillDenied):
-            return SkillRunResult(StepStatus.DENIED, "the skill did not catch a denial")
+            reason = "the skill did not catch a denial"
+            return SkillRunResult(StepStatus.DENIED, reason, denials=response.denials)
         raise ProtocolError("it sent an unexpected response")
 
     def _clean_up(self) -> str | None:

@@ -216,7 +216,13 @@ class SkillRaised(WorkerMessage, frozen=True):
 
 
 class SkillDenied(WorkerMessage, frozen=True):
-    """Response: the skill did not catch the denial of an action."""
+    """Response: the skill did not catch the denial of an action.
+
+    Attributes:
+        denials: number of its denials that no other way made up for.
+    """
+
+    denials: int
 
 
 class SkillClosed(WorkerMessage, frozen=True):

@@ -98,8 +98,8 @@ class _Worker:
             action = copy_action(yielded)
         except StopIteration as end:
             return _finished_message(question.token, end.value)
-        except ActionDenied:
-            return SkillDenied(question.token)
+        except ActionDenied as uncaught:
+            return SkillDenied(question.token, uncaught.denials)
         except NoActionError as failure:
             return SkillRaised(question.token, sanitize_text(str(failure)))
         except BaseException as failure:

@@ -37,6 +37,7 @@ class SkillRunResult(NamedTuple):
         outputs: values that it returned, if it finished and returned any.
         causes: the reason as data, if there is more to it than words.
         lost_hold: position in `StepRequest.held` of the condition that was lost; None if none was.
+        denials: of a denied skill, number of denials that no other way made up for.
     """
 
     status: StepStatus
@@ -44,6 +45,7 @@ class SkillRunResult(NamedTuple):
     outputs: Mapping[str, Any] | None = None
     causes: tuple[Cause, ...] = ()
     lost_hold: int | None = None
+    denials: int = 0
 
 
 class SkillRunProtocol(Protocol):
@@ -159,7 +161,8 @@ class InProcessRun:
         except StopIteration as end:
             return finished_result(end.value)
         except ActionDenied as uncaught:
-            return SkillRunResult(StepStatus.DENIED, describe_exception(uncaught))
+            reason = describe_exception(uncaught)
+            return SkillRunResult(StepStatus.DENIED, reason, denials=uncaught.denials)
         except KeyboardInterrupt:
             raise
         except NoActionError as failure:

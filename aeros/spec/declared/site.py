@@ -282,7 +282,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Overlay:
-    """An operator's additions to a site: access, blocks, tools and settings, so it cannot weaken Φ.
+    """An operator's additions to a site: access, blocks, tools, objects and settings; it cannot weaken Φ.
 
     Attributes:
         span: its place in the file.
@@ -312,6 +312,13 @@ class Overlay:
     state: Named[StateVariable] = field(
         default=MappingField(), metadata={"doc": "the state variables that these tools answer"}
     )
+    objects: Named[ObjectKind] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "further kinds of objects that people may ask the robot for, as in "
+            "`objects: {small_cup: {words: [cup, small cup], cylinder: [3 cm, 8 cm]}}`"
+        },
+    )
     modules: Named[ModuleSettings] = field(
         default=MappingField(),
         metadata={
@@ -329,8 +336,8 @@ def with_overlay(site: Site, overlay: Overlay) -> Site:
         overlay: the overlay.
 
     Returns:
-        The site with the access, blocks, tools and settings of both. A setting of the overlay replaces one of
-        the same name. All else of the site is as it was.
+        The site with the access, blocks, tools, objects and settings of both. A setting of the overlay
+        replaces one of the same name. All else of the site is as it was.
     """
     policy = replace(
         site.policy,
@@ -342,6 +349,7 @@ def with_overlay(site: Site, overlay: Overlay) -> Site:
         policy=policy,
         actions=_merged(site.actions, overlay.actions, lambda below, _: below),
         state=_merged(site.state, overlay.state, lambda below, _: below),
+        objects=_merged(site.objects, overlay.objects, lambda below, _: below),
         modules=_merged(site.modules, overlay.modules, _joined_settings),
     )
 

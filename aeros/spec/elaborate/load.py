@@ -20,7 +20,7 @@ from aeros.spec.elaborate.module.absent_modules import blame_missing_modules
 from aeros.spec.elaborate.module.callables import foreign_names
 from aeros.spec.elaborate.module.ecm import elaborate_ecm
 from aeros.spec.elaborate.site import elaborate_site
-from aeros.spec.elaborate.tools import check_tools_of_overlay
+from aeros.spec.elaborate.tools import check_words_of_overlay
 from aeros.spec.model.ecm import Ecm, ForeignNames
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, code_files, text_digest
@@ -105,7 +105,7 @@ def _decode_site_source(source: Source, diagnostics: Diagnostics) -> declared_si
     site = _decode_source(base, declared_site.Site, diagnostics)
     for layer in reversed(overlays):
         overlay = _decode_source(layer, Overlay, diagnostics)
-        if site is None or overlay is None or not check_tools_of_overlay(site, overlay, diagnostics):
+        if site is None or overlay is None or not check_words_of_overlay(site, overlay, diagnostics):
             site = None
         else:
             site = with_overlay(site, overlay)

@@ -81,10 +81,10 @@ def elaborate_tool(
     return Tool(service, timeout, tuple(dict.fromkeys(answer.value for answer in tool.answers)), channel)
 
 
-def check_tools_of_overlay(
+def check_words_of_overlay(
     site: declared_site.Site, overlay: declared_site.Overlay, diagnostics: Diagnostics
 ) -> bool:
-    """Check that an overlay adds tools and their answers, and changes no word of the site.
+    """Check that an overlay adds tools, their answers and objects, and changes no word of the site.
 
     A tool whose name is that of a sensor could answer with what that sensor measures.
 
@@ -120,6 +120,11 @@ def check_tools_of_overlay(
             headline = f"`{name.value}` is measured by `{variable.sensor.value}`, no tool of this overlay"
             help_ = "let its `sensor` be one of the tools under `actions`, or declare it in the site file"
             diagnostics.error("AE137", headline, variable.sensor.span, help=(help_,))
+    objects = {name.value for name, _ in site.objects}
+    for name, _ in overlay.objects:
+        if name.value in objects:
+            headline = f"`{name.value}` is already an object of the site"
+            diagnostics.error("AE121", headline, name.span, help=("choose another name for this object",))
     return len(diagnostics) == before
 
 

@@ -35,6 +35,7 @@ from aeros.spec.scenes.conditions import SceneScope, resolve_part
 from aeros.spec.scenes.looks import LookElaborator
 from aeros.spec.scenes.merging import NAMED, names_in_use
 from aeros.spec.scenes.quantities import Quantities
+from aeros.spec.scenes.truth_names import check_parameters_are_used
 from aeros.spec.scenes.truths_of_arguments import truth_name
 from aeros.spec.text.fields import MappingField, TextField
 
@@ -278,6 +279,8 @@ class _SceneElaborator:
                 self._add("truth", dict.fromkeys(names, scope.truth(text, aliases)))
             depends[name.value] = set(parameters)
             scope.add_condition(name.value, full)
+        used = set().union(*depends.values())
+        check_parameters_are_used(scene, used, self._found.truth, self._diagnostics)
 
     def _names_of_truth(self, variable: str) -> list[str]:
         """Return the names that included scenes have for the truth of a variable, or else the variable."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from aeros.spec.declared import scene as declared
@@ -47,6 +47,29 @@ def check_truth(
             )
         elif not dot and prefix + name.value not in known:
             resolve_name(name, known, f"a state variable of {owner} or of the site", diagnostics)
+
+
+def check_parameters_are_used(
+    scene: declared.Scene, used: Collection[str], truths: Iterable[str], diagnostics: Diagnostics
+) -> None:
+    """Check that each parameter of one file changes a truth of it, and not only one of an included file.
+
+    Args:
+        scene: the file.
+        used: names of the parameters that its own truths speak of.
+        truths: names of all truths, also of included files, as `truth_name` makes them.
+        diagnostics: receives the faults.
+    """
+    dependent = sorted({one.partition("(")[0] for one in truths if "(" in one})
+    for name, _ in scene.parameters:
+        if name.value in used:
+            continue
+        cures = [f"say under `truth` of this file what depends on `{name.value}`, or remove it here"]
+        if dependent:
+            listed = ", ".join(f"`{one}`" for one in dependent)
+            cures.append(f"a full name there replaces what an included scene says of it: {listed}")
+        headline = f"no `truth` of this file uses the parameter `{name.value}`"
+        diagnostics.error("AE208", headline, name.span, help=tuple(cures))
 
 
 def _check_parameters(

@@ -151,10 +151,14 @@ def _require_agreement(
         for routed in (one for one in asked_for if entry.routed.covers(one)):
             found = find_condition(reason, entry, is_own=True)
             goal = routed.task.goal
-            if found is not None and _plain_term(found.term) in (
-                goal.operands if isinstance(goal, t.And) else (goal,)
-            ):
+            conjuncts = goal.operands if isinstance(goal, t.And) else (goal,)
+            term = None if found is None else _plain_term(found.term)
+            if term in conjuncts:
                 raise InstructionError(f"{text} says that the goal of `{routed}` is reached")
+            # `the table is not a mess`; `the table is not clean` denies the goal itself
+            denies = isinstance(term, t.Not) and not english.NEGATIVES.isdisjoint(reason.words)
+            if denies and isinstance(term, t.Not) and term.operand not in conjuncts:
+                raise InstructionError(f"{text} may say that `{routed}` is not needed")
             act = cover(entry, reason.words, knows_pronoun=True, is_perfect=True).triggers
             if (
                 act

@@ -22,6 +22,21 @@ _BE: Final = frozenset({"is", "are", "has", "have"})
 _PERFECT: Final[Words] = ("once", "you", "have")
 
 
+def with_subject(tokens: Words) -> Words:
+    """Write `clean the table, is very dirty` as `clean the table, it is very dirty`.
+
+    Args:
+        tokens: words and commas of a sentence that is no question.
+
+    Returns:
+        The sentence, with the subject that was left out.
+    """
+    for at in range(1, len(tokens) - 2):
+        if tokens[at] == COMMA and tokens[at + 1] == "is" and tokens[at + 2] not in _AFTER_VERB:
+            return (*tokens[: at + 1], "it", *tokens[at + 1 :])
+    return tokens
+
+
 def rephrased(tokens: Words) -> Words:
     """Write a sentence in the words that the grammar knows.
 
@@ -50,6 +65,8 @@ def _with_plain_extents(tokens: Words) -> Words:
 
 
 _ARTICLES: Final = english.DETERMINERS | english.POSSESSIVES
+_AFTER_VERB: Final = _ARTICLES | english.PRONOUNS | {"there", "anybody", "anyone", "not", "no"}
+"""Words behind `is` in a question; after others the subject was left out."""
 _RIGHT_AT: Final = frozenset((word, "the") for word in ("at", "in", "into", "on", "onto"))
 
 
@@ -139,8 +156,11 @@ def _with_perfect(tokens: Words) -> Words:
 def _finished_act(clause: Words, *, is_state: bool) -> Words:
     """Return the words of the act that a clause says to be over; empty if it says nothing like that.
 
-    `is_state` is True after `when`: `when the table is wiped` may be about what somebody else does.
+    `is_state` is True after `when`: `when the table is wiped` may be about what somebody else does. After a
+    negation nothing is over.
     """
+    if not english.NEGATIVES.isdisjoint(clause):
+        return ()
     if clause[:2] in (("you", "are"), ("you", "re")) and clause[2:3] and clause[2] in _DONE:
         rest = clause[4:] if clause[3:4] == ("with",) else clause[3:]
         # `when you are done with that` names no act.

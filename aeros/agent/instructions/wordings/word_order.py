@@ -9,6 +9,7 @@ from aeros.agent.instructions import english
 from aeros.agent.instructions.wordings.wording import Wording
 
 _COLOUR: Final = ("color", "colour")
+_SIDES: Final = frozenset({"left", "right"})
 
 
 def particles(wording: Wording) -> Iterator[Wording]:
@@ -22,7 +23,9 @@ def particles(wording: Wording) -> Iterator[Wording]:
     """
     words = wording.words
     for at in range(2, len(words)):
-        if words[at] in english.PARTICLES and words[at - 2 : at] != ("right", "side"):
+        # `put it right over` says how, and no side; `put it on the right over` may.
+        says_how = words[at - 1] in _SIDES and words[at - 2] not in english.DETERMINERS | english.POSITIONS
+        if words[at] in english.PARTICLES and words[at - 2 : at] != ("right", "side") and not says_how:
             yield wording.with_words((words[0], words[at], *words[1:at], *words[at + 1 :]))
         elif words[at] == "for" and at + 1 < len(words):
             yield wording.with_words((words[0], *words[at:], *words[1:at]))  # `lay for six the table`

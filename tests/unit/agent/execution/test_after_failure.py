@@ -49,6 +49,13 @@ def test_of_a_failure_the_status_decides_what_it_says_of_the_skill_and_if_it_is_
     assert kitchen.runner.dispatcher.denied == ({("dumpling", "boil")} if is_avoided else set())
 
 
+@pytest.mark.parametrize(("denials", "is_exhausted"), [(1, False), (2, False), (3, True)])
+def test_denials_count_that_no_other_way_made_up_for(denials: int, is_exhausted: bool) -> None:
+    ended = StepResult(StepStatus.DENIED, "too near", denied=9, denials=denials)
+    result = Kitchen({"boil": [ended]}, dumpling_wrapped=True).attempt("boil")
+    assert result.is_exhausted is is_exhausted
+
+
 def test_a_failure_is_hopeless_where_the_record_says_so() -> None:
     ending: dict[str, list[Ending]] = {"boil": ["nothing_changed"]}
     hopeless = Kitchen(ending, SuccessRecord(0, 28), dumpling_wrapped=True).attempt("boil")

@@ -282,8 +282,8 @@ def test_a_condition_without_a_branch_is_no_declared_failure() -> None:
     assert failure.reason.endswith("if `wrapped` is not met: it is not measured")
 
 
-@pytest.mark.parametrize(("denied", "is_final"), [(1, False), (2, False), (3, True)])
-def test_a_step_that_was_denied_in_several_ways_is_not_tried_again(denied: int, is_final: bool) -> None:
+@pytest.mark.parametrize("is_exhausted", [False, True])
+def test_a_step_that_was_denied_in_several_ways_is_not_tried_again(is_exhausted: bool) -> None:
     record = StepRecord(
         *(StepRole.STEP, "dumpling", "prepare", {}, StepStatus.DENIED, None),
         failed=True,
@@ -292,8 +292,9 @@ def test_a_step_that_was_denied_in_several_ways_is_not_tried_again(denied: int, 
         ended=1.0,
         allowed=0,
         attenuated=0,
-        denied=denied,
+        denied=4,
     )
-    failure = failure_of_attempt(STEP, AttemptResult(failed=True, reason=record.reason, record=record), set())
-    assert failure.is_final is is_final
+    attempt = AttemptResult(failed=True, reason=record.reason, record=record, is_exhausted=is_exhausted)
+    failure = failure_of_attempt(STEP, attempt, set())
+    assert failure.is_final is is_exhausted
     assert failure.reason.endswith("too near")

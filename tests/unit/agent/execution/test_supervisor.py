@@ -13,6 +13,7 @@ from aeros.agent.identity import Identity
 from aeros.agent.memory.store import open_memory
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import Reading, StepResult, StepStatus
+from aeros.spec.model.cause import Cause
 from tests.unit.agent.dumplings import DUMPLING, PREDICATES, STATE, outcome, skill
 from tests.unit.agent.fake_runtime import FakeRuntime
 
@@ -112,6 +113,15 @@ def test_an_outcome_that_is_not_known_is_a_failure_and_breaks_no_assumption(
     assert (judged.outcome, judged.failed, judged.is_undeclared) == (None, True, False)
     assert judged.is_unknown
     assert [one.kind for one in judged.causes] == ["unknown-outcome"]
+
+
+def test_a_declared_failure_after_a_caught_denial_has_both_causes() -> None:
+    rule = Cause("rule", "fence", "too near", code="AE750")
+    ended = StepResult(StepStatus.FINISHED, "", denied=1, causes=(rule,))
+    judged = assess_step("dumpling", WRAP, ended, world(wrapper_aligned=False, dumpling_wrapped=False))
+    assert judged.outcome == "misaligned"
+    assert [one.kind for one in judged.causes] == ["outcome", "rule"]
+    assert assess_step("dumpling", WRAP, ended, world(dumpling_wrapped=True)).causes == ()
 
 
 @pytest.mark.parametrize("status", [one for one in StepStatus if one is not StepStatus.FINISHED])

@@ -40,7 +40,7 @@ def test_the_opposite_is_understood_where_the_first_request_does_not_change_it()
                 "(if not (table_wiped))",
                 "make_dumplings.make_dumplings(count = 1): dumplings_cooked >= count "
                 "(otherwise, if table_wiped)",
-                "fetch_object.fetch_object(object = red_can, to = middle): object_delivered",
+                "fetch_object.fetch_object(object = red_can, to = anywhere): object_delivered",
             ],
         ),
         (

@@ -123,20 +123,20 @@ def test_only_an_object_of_the_site_is_what_a_task_acts_on() -> None:
 
 
 REFERENCE = {
-    "bring me the blue block": ["fetch_object.fetch_object(object = blue_block, to = middle)"],
-    "fetch the object": ["fetch_object.fetch_object(object = red_can, to = middle)"],
+    "bring me the blue block": ["fetch_object.fetch_object(object = blue_block, to = anywhere)"],
+    "fetch the object": ["fetch_object.fetch_object(object = red_can, to = anywhere)"],
     "put the blue box on the left side of the stand": [
         "fetch_object.fetch_object(object = blue_block, to = left)"
     ],
     "fetch the can and the block": [
-        "fetch_object.fetch_object(object = red_can, to = middle)",
-        "fetch_object.fetch_object(object = blue_block, to = middle)",
+        "fetch_object.fetch_object(object = red_can, to = anywhere)",
+        "fetch_object.fetch_object(object = blue_block, to = anywhere)",
     ],
     "fetch the block, then put it on the right": [
-        "fetch_object.fetch_object(object = blue_block, to = middle)",
+        "fetch_object.fetch_object(object = blue_block, to = anywhere)",
         "fetch_object.fetch_object(object = blue_block, to = right)",
     ],
-    "fetch_object object=blue_block": ["fetch_object.fetch_object(object = blue_block, to = middle)"],
+    "fetch_object object=blue_block": ["fetch_object.fetch_object(object = blue_block, to = anywhere)"],
 }
 
 

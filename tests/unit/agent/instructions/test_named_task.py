@@ -17,8 +17,8 @@ def tasks() -> list[RoutedTask]:
 @pytest.mark.parametrize(
     ("instruction", "found"),
     [
-        ("fetch_object", ["fetch_object.fetch_object(object = red_can, to = middle)"]),
-        ("FETCH_OBJECT", ["fetch_object.fetch_object(object = red_can, to = middle)"]),
+        ("fetch_object", ["fetch_object.fetch_object(object = red_can, to = anywhere)"]),
+        ("FETCH_OBJECT", ["fetch_object.fetch_object(object = red_can, to = anywhere)"]),
         (
             "fetch_object.fetch_object object=blue_block to=left",
             ["fetch_object.fetch_object(object = blue_block, to = left)"],

@@ -77,7 +77,7 @@ def test_instructions_of_many_styles_mean_what_a_person_expects_and_none_moves_w
         ),
         (
             "I left the can on the stand, please fetch it.",
-            ("fetch_object.fetch_object(object = red_can, to = middle)",),
+            ("fetch_object.fetch_object(object = red_can, to = anywhere)",),
         ),
         ("The can is in the fridge, please fetch it.", None),
         ("The can is on the left, please fetch it.", None),
@@ -107,7 +107,7 @@ def test_a_part_of_the_thing_before_may_be_left_alone() -> None:
         (
             "Bring the can and clean the table, sorry, not the can, the block.",
             (
-                "fetch_object.fetch_object(object = blue_block, to = middle)",
+                "fetch_object.fetch_object(object = blue_block, to = anywhere)",
                 "clean_table.clean_table(region = whole)",
             ),
         ),
@@ -161,6 +161,8 @@ def test_a_word_that_is_put_in_never_leaves_the_same_motion(
     # `do not clean the table twice` may prohibit less, and is no request.
     assume(word not in ("seven", "twice") or "-" not in answer(text))
     changed = with_word(text, word, data)
+    # `bring the can, but not before that clean the table` has the same order as `…, but before that …`.
+    assume("not before" not in changed)
     assert not lines(text) or lines(changed) != lines(text), changed
 
 

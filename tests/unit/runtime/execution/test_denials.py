@@ -33,7 +33,8 @@ def in_two_ways(observed: Observation, inputs: Inputs) -> SkillBody:
 def test_a_skill_that_is_denied_one_way_goes_another(make_bench: MakeBench) -> None:
     bench = make_bench(in_two_ways)
     bench.gate.answers = [DENIAL]
-    assert bench.submit() == StepResult(FINISHED, "", allowed=2, denied=1)
+    result = bench.submit()
+    assert (result.status, result.allowed, result.denied) == (FINISHED, 2, 1)
     assert bench.plant.executed == [act("move", speed=0.1), act("move")]
     bench.assert_cleaned_up(finished=True)
 
@@ -43,11 +44,34 @@ def test_a_skill_that_is_denied_every_way_ends_with_the_reasons_of_all(make_benc
     other = Decision(DecisionKind.DENY, None, (Reason("AE750", "fence", "too near"),))
     bench.gate.answers = [other, DENIAL]
     result = bench.submit()
-    assert (result.status, result.denied, result.is_transient) == (StepStatus.DENIED, 2, False)
+    assert (result.status, result.denied, result.denials) == (StepStatus.DENIED, 2, 2)
+    assert not result.is_transient
     assert result.reason == "AE750 workspace: outside; in other ways before: 1 by fence"
     assert [cause.rule for cause in result.causes] == ["workspace", "fence"]
     assert bench.plant.executed == []
     bench.assert_cleaned_up(finished=False)
+
+
+def test_a_denial_that_another_way_made_up_for_is_no_reason_of_a_later_one(make_bench: MakeBench) -> None:
+    bench = make_bench(in_two_ways)
+    other = Decision(DecisionKind.DENY, None, (Reason("AE750", "fence", "too near"),))
+    bench.gate.answers = [other, Decision(DecisionKind.ALLOW, act("move", speed=0.1), ()), DENIAL]
+    result = bench.submit()
+    assert (result.status, result.denied, result.denials) == (StepStatus.DENIED, 2, 1)
+    assert result.reason == "AE750 workspace: outside"
+    assert [cause.rule for cause in result.causes] == ["workspace"]
+
+
+def test_a_skill_that_finishes_in_spite_of_a_denial_has_its_cause(make_bench: MakeBench) -> None:
+    def content(observed: Observation, inputs: Inputs) -> SkillBody:
+        with suppress(ActionDenied):
+            yield act("move")
+
+    bench = make_bench(content)
+    bench.gate.answers = [DENIAL]
+    result = bench.submit()
+    assert (result.status, [cause.rule for cause in result.causes]) == (FINISHED, ["workspace"])
+    assert "causes" not in bench.records("step-ended")[0]
 
 
 def test_an_action_that_the_robot_cannot_do_counts_as_a_denied_way_too(

@@ -57,7 +57,8 @@ def test_a_denied_action_halts_the_skill_and_nothing_moves(make_bench: MakeBench
     ends: list[str] = []
     bench = make_bench(watched(ends))
     bench.gate.answers = [Decision(DecisionKind.ALLOW, act("move", speed=0.1), ()), DENIAL]
-    expected = StepResult(StepStatus.DENIED, "AE750 workspace: outside", allowed=1, denied=1)
+    reason = "AE750 workspace: outside"
+    expected = StepResult(StepStatus.DENIED, reason, allowed=1, denied=1, denials=1)
     result = bench.submit()
     assert replace(result, causes=()) == expected
     (cause,) = result.causes

@@ -62,7 +62,7 @@ def test_an_impossible_motion_is_not_started_and_has_a_reason(
 ) -> None:
     bench = _moving_bench(site, make_ecm, tmp_path / "audit.jsonl", 0.0)
     bench.plant.planned = MotionCompletion(False, "unreachable: too far")
-    assert bench.submit() == StepResult(StepStatus.STOPPED, "unreachable: too far", allowed=1)
+    assert bench.submit() == StepResult(StepStatus.STOPPED, "unreachable: too far", allowed=1, denials=1)
     assert bench.plant.executed == []
     bench.audit.close()
 

@@ -115,7 +115,9 @@ def test_a_skill_is_run_action_by_action_to_its_outputs(
 def test_a_denial_that_the_skill_does_not_catch_is_its_last_answer(talk: Talk) -> None:
     talk.load(lifting())
     talk.resume()
-    assert isinstance(talk.resume(denial="too near"), SkillDenied)
+    denied = talk.resume(denial="too near")
+    assert isinstance(denied, SkillDenied)
+    assert denied.denials == 1
 
 
 def test_after_its_last_answer_a_worker_is_over(talk: Talk) -> None:

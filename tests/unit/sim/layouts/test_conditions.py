@@ -166,6 +166,7 @@ def test_a_can_is_delivered_if_it_stands_or_lies_there_and_is_let_go(
     world.held = is_held
     assert {name: one for name, one in state.truth().items() if "red_can" in name} == {
         "fetch_object.object_grasped(object = red_can)": is_held,
+        "fetch_object.object_delivered(object = red_can, to = anywhere)": is_delivered,
         "fetch_object.object_delivered(object = red_can, to = middle)": is_delivered,
         "fetch_object.object_delivered(object = red_can, to = left)": False,
         "fetch_object.object_delivered(object = red_can, to = right)": False,

@@ -14,7 +14,7 @@ def test_only_predicates_that_depend_on_the_changed_parameter_change() -> None:
     facts = ParameterFacts(reference_modules())
     assert facts.defaults == {
         OBJECT: "red_can",
-        "fetch_object.to": "middle",
+        "fetch_object.to": "anywhere",
         "clean_table.region": "whole",
         "make_dumplings.count": 1.0,
     }

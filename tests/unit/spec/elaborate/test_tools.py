@@ -210,3 +210,27 @@ def test_an_overlay_changes_no_word_of_the_site(
     found, site = overlay(tmp_path, **changes)
     assert site is None
     assert headline in found
+
+
+def overlay_of_objects(tmp_path: Path, name: str) -> tuple[list[str], Site | None]:
+    path, below = tmp_path / "overlay.yaml", tmp_path / "below.yaml"
+    line = "objects:\n  {}: {{words: [{}], cylinder: [3 cm, 8 cm], colour: [1, 0, 0]}}\n"
+    below.write_text(f"schema: aeros/overlay/1\nbase: {TABLE}\n" + line.format("jar", "jar"))
+    path.write_text("schema: aeros/overlay/1\nbase: below.yaml\n" + line.format(name, "cup"))
+    sink = Diagnostics()
+    site = load_site(path, sink)
+    return [f"{one.code}: {one.headline}" for one in sink], site
+
+
+def test_an_overlay_adds_a_kind_of_objects(tmp_path: Path) -> None:
+    found, site = overlay_of_objects(tmp_path, "cup")
+    assert found == []
+    assert site is not None
+    assert {"jar", "cup"} <= site.objects.keys()
+    assert {"jar", "cup"} <= set(site.enums["objects"].members)
+
+
+def test_an_overlay_does_not_change_an_object_below_it(tmp_path: Path) -> None:
+    found, site = overlay_of_objects(tmp_path, "jar")
+    assert site is None
+    assert found == ["AE121: `jar` is already an object of the site"]

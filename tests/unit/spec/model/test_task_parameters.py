@@ -39,7 +39,7 @@ def test_a_parameter_is_known_by_what_sets_it() -> None:
 
 def test_a_parameter_of_an_enum_lists_its_values() -> None:
     parameters = reference_modules()["fetch_object"].task_parameters
-    assert parameters["fetch_object.to"].values == ("middle", "left", "right")
+    assert parameters["fetch_object.to"].values == ("anywhere", "middle", "left", "right")
     assert parameters["fetch_object.to"].full_name == "fetch_object.to"
     task = reference_modules()["fetch_object"].tasks["fetch_object"]
     assert task.complete_arguments({"to": "left"}) == {"object": "red_can", "to": "left"}

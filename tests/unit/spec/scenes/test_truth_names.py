@@ -123,11 +123,24 @@ def test_parameters_and_their_values_are_those_of_the_module(
     parameters: str, headline: str | None, tmp_path: Path
 ) -> None:
     pot = "bodies:\n  pot: {sphere: 3 cm, at: [0 m, 0 m, 1 m]}\n"
-    file = write(tmp_path, "  bed_wet: true", module="garden", more=f"{pot}parameters: {parameters}\n")
+    parameter = parameters[1:].partition(":")[0]
+    truth = f"  bed_wet: {parameter}.tilt < 1 rad"
+    file = write(tmp_path, truth, module="garden", more=f"{pot}parameters: {parameters}\n")
     if headline is None:
-        assert list(load_scene(file, variables=VARIABLES).truth) == ["garden.bed_wet"]
+        truths = load_scene(file, variables=VARIABLES).truth
+        assert {name.partition("(")[0] for name in truths} == {"garden.bed_wet"}
     else:
         assert [one.headline for one in refused(file)] == [headline]
+
+
+def test_a_parameter_that_no_truth_uses_is_a_fault(tmp_path: Path) -> None:
+    pot = "bodies:\n  pot: {sphere: 3 cm, at: [0 m, 0 m, 1 m]}\n"
+    used = f"{pot}parameters: {{side: {{left: pot}}}}\n"
+    write(tmp_path, "  bed_wet: side.tilt < 1 rad", module="garden", name="part", more=used)
+    including = "include: [{scene: part.yaml}]\nparameters: {side: {right: pot}}\n"
+    (found,) = refused(write(tmp_path, "  holding: true", module="garden", more=including))
+    assert found.headline == "no `truth` of this file uses the parameter `side`"
+    assert "`garden.bed_wet`" in found.help[1]
 
 
 def test_a_scene_that_is_added_is_checked_as_well(tmp_path: Path) -> None:

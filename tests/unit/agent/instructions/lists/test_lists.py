@@ -46,6 +46,7 @@ FLOORS = {
     "unseen_18": 0.74,
     "unseen_19": 0.7,
     "unseen_20": 0.6,
+    "unseen_21": 0.7,
     "authors_2": 0.95,
     "authors_3": 0.96,
     "authors_4": 0.97,
@@ -99,4 +100,4 @@ def test_none_moves_the_robot_wrongly_and_most_that_can_be_done_are_understood(n
     assert counted["right"] >= FLOORS[name] * len(doable), [
         text for text in doable if outcomes[text] != "right"
     ]
-    assert len(outcomes) >= 100
+    assert len(outcomes) >= 60

@@ -85,3 +85,16 @@ def test_a_statement_after_a_request_may_take_it_back(words: str, may_retract: b
         return
     with pytest.raises(InstructionError, match="may take back"):
         require_no_retraction([reason], tasks, asked_for)
+
+
+@pytest.mark.parametrize(
+    ("reason", "is_plain"),
+    [("the table is not a mess", False), ("the table is not clean", True), ("the table is a mess", True)],
+)
+def test_a_denied_condition_is_a_reason_only_if_it_is_of_the_goal(reason: str, is_plain: bool) -> None:
+    instruction = f"{reason}, clean it"
+    if is_plain:
+        assert len(understand(instruction, reference_modules()).errands) == 1
+    else:
+        with pytest.raises(InstructionError, match="is not needed"):
+            understand(instruction, reference_modules())

@@ -9,7 +9,7 @@ from tests.unit.agent.instructions.lists.reference import parametric_modules
 LEFT, RIGHT = "clean_table.clean_table(region = left)", "clean_table.clean_table(region = right)"
 TWO = "make_dumplings.make_dumplings(count = 2)"
 BLOCK_LEFT = "fetch_object.fetch_object(object = blue_block, to = left)"
-BLOCK = "fetch_object.fetch_object(object = blue_block, to = middle)"
+BLOCK = "fetch_object.fetch_object(object = blue_block, to = anywhere)"
 
 
 @pytest.mark.parametrize(

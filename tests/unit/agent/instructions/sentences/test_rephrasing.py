@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.agent.instructions.sentences.rephrasing import rephrased
+from aeros.agent.instructions.sentences.rephrasing import rephrased, with_subject
 
 
 @pytest.mark.parametrize(
@@ -12,6 +12,7 @@ from aeros.agent.instructions.sentences.rephrasing import rephrased
         ("bring it when the table cleaning is done", "bring it once you have the table cleaning"),
         ("when you are done with the cleaning , cook", "once you have the cleaning , cook"),
         ("when the table is wiped , cook", "when the table is wiped , cook"),
+        ("once the table is not wiped , cook", "once the table is not wiped , cook"),
         ("once the guests are gone , cook", "once the guests are gone , cook"),
         ("cook , the table must not be cleaned", "cook , do not the table cleaned"),
         ("cook and leave the table alone", "cook and without the table"),
@@ -36,3 +37,16 @@ from aeros.agent.instructions.sentences.rephrasing import rephrased
 )
 def test_a_sentence_is_written_in_the_words_of_the_grammar(words: str, plain: str) -> None:
     assert " ".join(rephrased(tuple(words.split()))) == plain
+
+
+@pytest.mark.parametrize(
+    ("words", "whole"),
+    [
+        ("clean the table , is very dirty", "clean the table , it is very dirty"),
+        ("the table , is it dirty", "the table , is it dirty"),
+        ("the table , is the can there", "the table , is the can there"),
+        ("clean it , is not dirty", "clean it , is not dirty"),
+    ],
+)
+def test_a_subject_that_was_left_out_is_what_was_named(words: str, whole: str) -> None:
+    assert " ".join(with_subject(tuple(words.split()))) == whole
