@@ -15,7 +15,7 @@
 5.  The agent gives up at once when a skill ends twice with the same verdict, which says why no other try can
     succeed; when the gate denies the same request a second time for any other reason; when a step fails again
     and again in the same state and chance does not explain it (`repeats.py`, `failure_streak.py`), and
-    nothing else provides the same; when the same plan was carried out three times and left the same state;
+    nothing else provides the same; when the same plan leaves the same state more often than chance explains;
     when two plans in a row are rejected for the same reasons; when the time limit of the task has passed, or
     the operator has stopped everything. Before it gives up for any but the last two, it asks a person for
     help, if there is one to ask. After that, all that failed may be tried again.
@@ -39,7 +39,6 @@ from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.part_stops import PlanFailure
 from aeros.agent.execution.plan_executor import PlanExecutor
 from aeros.agent.execution.progress import PlanProgress
-from aeros.agent.execution.repeats import FinishedPlans
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.execution.waiting import MAX_WAIT_S, Wait
@@ -102,7 +101,7 @@ class TaskLoop:
         self._until = inf if timeout is None else runtime.now() + timeout
         self._engine = PlanExecutor(attempts, journal, self._is_goal_reached, self._until)
         self._waited = 0.0
-        self._finished_plans = FinishedPlans()
+        self._finished_plans = attempts.failure_rules.finished_plans
         self._runtime = runtime
         recall = attempts.planning_memory.recall
         proposals = PlannerClient(runtime, planner, planning_timeout, recall)
@@ -269,7 +268,6 @@ class TaskLoop:
         self._journal.record("help-given", "somebody has helped; goes on with a new look", reason=reason)
         self._attempts.failure_rules.forget()
         self._engine.denied.clear()
-        self._finished_plans.forget()
         self._plan, self._replans, self._waited = None, 0, 0.0
         self._attempts.observe()
         return True

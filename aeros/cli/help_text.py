@@ -23,6 +23,9 @@ _EXAMPLES: Final = 5
 
 _NAME_COLUMN: Final = 12
 
+_REMARK_COLUMN: Final = 6
+"""Column of remarks that do not fit beside their example."""
+
 
 class WrappedEpilog(argparse.RawDescriptionHelpFormatter):
     """Fills paragraphs of description and epilog; keeps indented lines, as of examples, broken where wide."""
@@ -49,7 +52,10 @@ def _broken(line: str, width: int) -> list[str]:
     """Break a line at its column of remarks, or else at spaces; further lines are indented further."""
     if len(line) <= width:
         return [line]
-    indent = " " * (len(line) - len(line.lstrip()))
+    text = line.lstrip()
+    # A remark that stands alone in the column of remarks goes where those are that are broken off.
+    indent = " " * min(len(line) - len(text), _REMARK_COLUMN)
+    line = indent + text
     further = indent + "    " if indent else ""
     command, *remark = re.split(r"(?<=\S) {3,}(?=\S)", line, maxsplit=1)
     if remark:

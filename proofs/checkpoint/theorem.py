@@ -216,7 +216,7 @@ def _stubbed_attempts(do: PerformStep, modules: Any, world: Any) -> Any:
     )
     one.waiting = CancellableWait(one._runtime)  # nobody cancels
     one._journal = SimpleNamespace(record=lambda *_, **__: None, record_step=lambda *_, **__: None)
-    one._memory = SimpleNamespace(start_episode=lambda _: 1)
+    one._memory = SimpleNamespace(start_episode=lambda _: 1, latest_episode=lambda: 0)
     one._world, one._task, one._failures = world, "task", []
     one.dispatcher = SimpleNamespace(dispatch=lambda *_: dispatch, denied=set())
     one.failure_rules = FailureRules(one._runtime, one._memory, one.dispatcher)

@@ -12,18 +12,19 @@ from aeros.agent.execution.repeats import (
     LOOK_AGAIN_PAUSE_S,
     MOST_OF_A_KIND,
     SECOND_LOOK_PAUSE_S,
+    FinishedPlans,
     RepeatedFailures,
     is_explained_by_chance,
 )
 from aeros.agent.execution.report import StepRecord
-from aeros.agent.execution.supervisor import StepAssessment
+from aeros.agent.execution.supervisor import StepAssessment, is_measured
 from aeros.agent.execution.waiting import wait_after_denial, wait_for_condition
-from aeros.agent.memory.experience import expected_failure
+from aeros.agent.memory.experience import expected_skill
 from aeros.agent.memory.store import Memory
 from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime, StepResult, StepStatus
-from aeros.spec.closed_loop.giving_up import MOST_NOT_STARTED
+from aeros.spec.closed_loop.giving_up import MOST_NOT_STARTED, failure_probability, success_probability
 from aeros.spec.model.cause import Cause
 
 
@@ -38,6 +39,7 @@ class FailureRules:
     Attributes:
         repeats: failures of this run that chance does not explain, other than declared ones.
         streak: declared failures since the skills last succeeded.
+        finished_plans: plans that were carried out without reaching the goal.
     """
 
     def __init__(self, runtime: Runtime, memory: Memory, dispatcher: Dispatcher) -> None:
@@ -46,6 +48,7 @@ class FailureRules:
         self._dispatcher = dispatcher
         self.repeats = RepeatedFailures()
         self.streak = FailureStreak()
+        self.finished_plans = FinishedPlans()
         self._verdicts: set[tuple[str, str, str | None]] = set()
         # Records are those of earlier runs; what fails in this one, `repeats` and `streak` judge.
         self._last_episode = memory.latest_episode()
@@ -143,6 +146,7 @@ class FailureRules:
         """Begin anew, as somebody has changed something: what failed before may succeed now."""
         self.repeats = RepeatedFailures()
         self.streak.reset()
+        self.finished_plans.forget()
         self._verdicts.clear()
         self._dispatcher.denied.clear()
 
@@ -179,14 +183,18 @@ class FailureRules:
         """Note how a step ended; return why another try is no use, empty if it may be of use."""
         dispatch, beginning = pending.dispatch, pending.episode_start
         skill = (dispatch.request.module, dispatch.request.skill)
-        if not judgement.failed:
-            self.streak.succeeded(skill)
-        if result.status is not StepStatus.FINISHED or not judgement.failed or judgement.outcome is None:
+        if result.status is not StepStatus.FINISHED or judgement.outcome is None:
             return ""
         ends = self._memory.experience(*skill, dispatch.code, self._last_episode)
+        expected = expected_skill(dispatch.skill, ends)
+        if not judgement.failed:
+            self.streak.succeeded(skill)
+            likely = success_probability(expected, lambda one: is_measured(one, after, beginning.before))
+            self.finished_plans.note_success(likely)
+            return ""
         quantities = quantities_of(after.known, self._runtime.active_modules()[skill[0]].state)
         state, started = beginning.before, beginning.started
-        self.streak.add(skill, expected_failure(dispatch.skill, ends), state, started, quantities)
+        self.streak.add(skill, failure_probability(expected), state, started, quantities)
         return self.streak.reason_to_stop(skill, state, self._runtime.now())
 
     def _streak_pause_s(self, pending: PendingAttempt) -> float:

@@ -3,20 +3,22 @@
 A declared failure is chance, and retries are for it. A stop for a person or for a silent sensor is not the
 skill's doing either. But a skill that meets an obstacle, or does not arrive in time, will do so again as long
 as the cause is there. After the second time the agent lets time pass, as an arm may be weak for a while, and
-looks again; the third time is the last. An end that the skill does not declare is no chance either, nor is a
-plan that is carried out to its end and leaves the same state as before, without the goal.
+looks again; the third time is the last. An end that the skill does not declare is no chance either.
+
+A plan that is carried out to its end and leaves the same state as before, without the goal, may do so by
+chance: the probabilities of its outcomes decide (`aeros.spec.closed_loop.giving_up`).
 """
 
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
 from typing import Any, Final
 
 from aeros.agent.execution.waiting import is_about_person
 from aeros.runtime.ports import StepStatus
-from aeros.spec.closed_loop.giving_up import MOST_FINISHED
+from aeros.spec.closed_loop.giving_up import FinishedStreak
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.site import Site
 
@@ -86,25 +88,40 @@ class FinishedPlans:
     """Plans of one run that were carried out to their end without reaching the goal."""
 
     def __init__(self) -> None:
-        self._noted: Counter[str] = Counter()
+        self._streaks: dict[str, tuple[str, FinishedStreak]] = {}
+        self._least_likely = Fraction(1)
+
+    def begin(self) -> None:
+        """Note that a plan is made."""
+        self._least_likely = Fraction(1)
+
+    def note_success(self, probability: Fraction) -> None:
+        """Note that a step of the present plan has succeeded.
+
+        Args:
+            probability: probability that its success has the effects that were measured, in [0, 1].
+        """
+        self._least_likely = min(self._least_likely, probability)
 
     def is_useless(self, plan: object, state: Mapping[str, Any]) -> bool:
-        """Note a plan.
+        """Note that the present plan was carried out.
 
         Args:
             plan: its body.
             state: predicates as measured after it.
 
         Returns:
-            True if it was carried out `MOST_FINISHED` times and always left the same state.
+            True if it left the same state more often in a row than chance explains.
         """
-        key = json.dumps([repr(plan), dict(state)], sort_keys=True)
-        self._noted[key] += 1
-        return self._noted[key] >= MOST_FINISHED
+        name, here = repr(plan), json.dumps(dict(state), sort_keys=True)
+        last, streak = self._streaks.get(name, ("", FinishedStreak()))
+        streak = (streak if last == here else FinishedStreak()).with_finish(self._least_likely)
+        self._streaks[name] = (here, streak)
+        return streak.is_useless
 
     def forget(self) -> None:
         """Begin anew, as somebody has changed something."""
-        self._noted.clear()
+        self._streaks.clear()
 
 
 def _is_same_place(one: Sequence[float], other: Sequence[float]) -> bool:

@@ -103,6 +103,7 @@ class StepRunner:
         """
         world = self.planning_memory.view(self.world, self._failures)
         self._failures.clear()
+        self.failure_rules.finished_plans.begin()
         self._planned_state = world.predicates
         if world.predicates not in self.planned_in:
             self.planned_in.append(world.predicates)
@@ -217,8 +218,7 @@ class StepRunner:
         Returns:
             The result of the attempt.
         """
-        dispatch, role = pending.dispatch, pending.role
-        request = dispatch.request
+        dispatch, role, request = pending.dispatch, pending.role, pending.dispatch.request
         ended = self._runtime.now()
         after = self.observe()
         before = pending.episode_start.before

@@ -173,7 +173,7 @@ def _measured_outcome(skill: Skill, world: WorldModel, before: Mapping[str, Any]
 
     So an outcome without effects (nothing changed) is returned only if no other is measured.
     """
-    matching = [one for one in skill.outcomes.values() if _is_measured(one, world, before)]
+    matching = [one for one in skill.outcomes.values() if is_measured(one, world, before)]
     return max(matching, key=lambda one: (one.effect_count, not one.failure), default=None)
 
 
@@ -280,7 +280,17 @@ def _is_count_known(outcome: Outcome, name: str, before: Mapping[str, Any] | Non
     return not is_increment or (before or {}).get(name) is not None
 
 
-def _is_measured(outcome: Outcome, world: WorldModel, before: Mapping[str, Any] | None) -> bool:
+def is_measured(outcome: Outcome, world: WorldModel, before: Mapping[str, Any] | None) -> bool:
+    """Say if all effects and ranges of an outcome are measured.
+
+    Args:
+        outcome: the outcome.
+        world: world measured after the step.
+        before: predicates measured when it started, as JSON values; None if unknown.
+
+    Returns:
+        False also if one of them is unknown.
+    """
     after = state_after(outcome.effects, before or {})
     return all(
         value is not None and name in world.known and world.known[name] == value

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from aeros.agent.errors import AgentError
+from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import is_object
 from aeros.agent.instructions.coverage import Coverage
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.segments import Segment
@@ -14,8 +17,13 @@ from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
 
-_UNSAID: Final = frozenset({"a", "an", "the"})
+_UNSAID: Final = frozenset({"a", "an", "the"}) | english.PRONOUNS
 """Words that no two phrases have in common."""
+
+_OPTIONAL: Final = re.compile(r" ?\([^)]*\)")
+
+_MOST_SHOWN: Final = 6
+"""Greatest number of phrases that a refusal lists."""
 
 
 class InstructionError(AgentError):
@@ -91,7 +99,7 @@ def not_covered(segment: Segment, coverages: Sequence[Coverage]) -> InstructionE
     if best.unknown:
         unknown = ", ".join(quoted(word) for word in dict.fromkeys(best.unknown))
         near_extra = _nearest_extra(best)
-        also = f"; nearest to that, it knows {quoted(near_extra)}" if near_extra else ""
+        also = f"; nearest to that is {quoted(near_extra)}" if near_extra else ""
         return InstructionError(
             f"in {text}, `{routed}` does not know {unknown}{also}; {_known_phrases(best)}"
         )
@@ -103,17 +111,33 @@ def not_covered(segment: Segment, coverages: Sequence[Coverage]) -> InstructionE
             f"in {text}, {counted} is not understood: `{routed}` is done once for one goal"
         )
     if not best.triggers:
-        return InstructionError(f"{text} does not say what to do; {_known_phrases(best)}")
-    return InstructionError(f"{text} does not say with what; {_known_phrases(best)}")
+        return InstructionError(f"{text} does not say what `{routed}` is to do; {_known_phrases(best)}")
+    return InstructionError(f"{text} does not say with what to do `{routed}`; {_known_phrases(best)}")
 
 
 def _known_phrases(coverage: Coverage) -> str:
-    entry = coverage.entry
-    verbs = ", ".join(f"`{' '.join(one)}`" for one in reversed(entry.triggers[-8:]))
-    if not entry.objects:
-        return f"`{entry.routed}` knows {verbs}"
-    objects = ", ".join(f"`{' '.join(one)}`" for one in reversed(entry.objects[-8:]))
-    return f"`{entry.routed}` knows {verbs} with {objects}"
+    """Say with which words the task is asked for: those that its module names first."""
+    task = coverage.entry.routed.task
+    known = f"it knows {_first(task.trigger_phrases)}"
+    things = [
+        value.replace("_", " ")
+        for parameter in task.parameters.values()
+        if is_object(parameter)
+        for value in parameter.phrases
+    ]
+    objects = things or [one for one in task.object_phrases if not _describes_one(one, task.object_phrases)]
+    return f"{known} with {_first(objects)}" if objects else known
+
+
+def _describes_one(phrase: str, phrases: Iterable[str]) -> bool:
+    """Return True for `freshly made tea` beside `tea`."""
+    return any(phrase.endswith(f" {one}") for one in phrases)
+
+
+def _first(patterns: Iterable[str]) -> str:
+    """List the first phrases, without what may be said with them: `wipe` of `wipe (down|off|)`."""
+    plain = (_OPTIONAL.sub("", one) for one in patterns if not one.startswith("("))
+    return ", ".join(map(quoted, list(dict.fromkeys(plain))[:_MOST_SHOWN]))
 
 
 def _nearest_extra(coverage: Coverage) -> str:

@@ -118,14 +118,14 @@ def experienced_beliefs(ecm: Ecm, source: ExperienceSource) -> AgentBeliefs:
         source: reads the ends of a skill.
 
     Returns:
-        The failures that it expects.
+        The outcomes that it expects.
     """
     ends_of = _ends_of_skills(ecm, source)
-    return AgentBeliefs({name: expected_failure(skill, ends) for name, skill, ends in ends_of})
+    return AgentBeliefs({name: expected_skill(skill, ends) for name, skill, ends in ends_of})
 
 
-def expected_failure(skill: Skill, ends: Sequence[ExperiencedEnd]) -> Fraction:
-    """Compute the probability of a failure that an agent expects of a skill.
+def expected_skill(skill: Skill, ends: Sequence[ExperiencedEnd]) -> Skill:
+    """Give a skill the probabilities that an agent expects when it judges whether to give up.
 
     Failures in a row that chance does not explain may have had a cause, as may those since the last success.
     They are left out: a run that meets the same cause again is not to try longer for that.
@@ -135,7 +135,7 @@ def expected_failure(skill: Skill, ends: Sequence[ExperiencedEnd]) -> Fraction:
         ends: its ends, newest first.
 
     Returns:
-        The experienced probability, with the declared one as prior.
+        A copy with the experienced probabilities, with the declared ones as prior.
     """
     declared = failure_probability(skill)
     kept: list[ExperiencedEnd] = []
@@ -143,7 +143,7 @@ def expected_failure(skill: Skill, ends: Sequence[ExperiencedEnd]) -> Fraction:
         several = list(group)
         if not failed or (kept and not is_beyond_chance(len(several), [(declared, len(several))])):
             kept += several
-    return failure_probability(_experienced(skill, kept)) if kept else declared
+    return _experienced(skill, kept) if kept else skill
 
 
 def _experienced(skill: Skill, ends: Sequence[ExperiencedEnd]) -> Skill:

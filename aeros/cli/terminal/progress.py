@@ -50,7 +50,6 @@ class ProgressLine:
         self._text = ""
         self._done = 0
         self._is_shown = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
-        self._process = os.getpid()
         self._start_time = time.monotonic()
         self._delay = delay
         self._drawn: tuple[Progress, TaskID] | None = None
@@ -78,8 +77,7 @@ class ProgressLine:
     def erase(self) -> None:
         """Erase it; the next `show` shows it again."""
         with self.lock:
-            # A forked process has a copy of this object, and no thread that draws.
-            if self._drawn is not None and os.getpid() == self._process:
+            if self._drawn is not None:
                 drawn, self._drawn = self._drawn[0], None
                 drawn.stop()
 

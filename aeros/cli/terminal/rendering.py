@@ -1,4 +1,4 @@
-"""Tables, wrapped lines, Markdown and colours for terminals, drawn by rich, which is imported at first use.
+"""Tables, Markdown and colours for terminals, measured and drawn by rich, which is imported at first use.
 
 Only the eight standard colours are used, and no background, so that text can be read on dark and on light
 terminals. Text of others is never taken for markup, emoji codes or values to highlight.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Collection, Iterable, Sequence
+from itertools import pairwise
 from typing import IO, TYPE_CHECKING, Any, ClassVar, Final
 
 from aeros.cli.terminal.streams import (
@@ -16,13 +17,12 @@ from aeros.cli.terminal.streams import (
     print_coloured,
     shows_colour,
 )
-from aeros.cli.terminal.wrapping import COLOUR, LEAST_TEXT, ansi_line, drawn_lines, rich_text, wrap_line
+from aeros.cli.terminal.wrapping import LEAST_TEXT, drawn_lines, line_starts, wrap_line
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.render import Paint, render_all
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
-    from rich.text import Text
 
 _STYLES: Final = {
     "error": "bold red",
@@ -43,66 +43,84 @@ LABEL_COLUMNS: Final = 9
 """Width of the labels of lines that a command ends with."""
 
 
+Cell = str | tuple[str, str]
+"""Text of a cell of a table, or the text and the role that colours it."""
+
+
 def table_lines(
-    rows: Iterable[Sequence[str]],
+    rows: Iterable[Sequence[Cell]],
     *,
     width: int | None,
     indent: int = 0,
     right: Collection[int] = (),
     least: Sequence[int] = (),
+    paint: Paint | None = None,
 ) -> list[str]:
     """Draw a table.
 
     Args:
-        rows: texts by row, as many in each; text of others in them is escaped here, colours are kept.
+        rows: cells by row, as many in each; they are escaped here, so they may have text of others.
         width: columns of the terminal, into which the last columns are wrapped; None to wrap nothing.
         indent: blanks before each line.
         right: numbers of the columns that are set to the right, such as those of numbers.
         least: widths that the first columns have at least, so that rows may be drawn one after the other.
+        paint: colours cells that have a role; None for no colours.
 
     Returns:
-        Its lines.
+        Its lines; one for each row if nothing is wrapped.
     """
     from rich.cells import cell_len
-    from rich.table import Column, Table
 
-    cells = [[rich_text(_one_line(cell)) for cell in row] for row in rows]
+    cells = [[(one, "") if isinstance(one, str) else one for one in row] for row in rows]
+    cells = [[(_one_line(text), role) for text, role in row] for row in cells]
     if not cells:
         return []
-    count = len(cells[0])
-    widths = [max(cell_len(row[place].plain) for row in cells) for place in range(count)]
+    widths = [max(cell_len(text) for text, _ in column) for column in zip(*cells, strict=True)]
     widths[: len(least)] = map(max, widths, least)
-    before = sum(widths[:-1]) + _GAP * (count - 1)
-    room = None if width is None else width - indent
-    if room is not None and before + min(widths[-1], LEAST_TEXT) > room:
-        return _stacked(cells, room, indent)
-    columns = [
-        Column(
-            justify="right" if place in right else "left",
-            width=None if place == count - 1 else widths[place],
-            overflow="fold",
-        )
-        for place in range(count)
-    ]
-    table = Table(*columns, box=None, show_header=False, padding=(0, _GAP, 0, 0), pad_edge=False)
-    for row in cells:
-        table.add_row(*row)
-    lines = drawn_lines(table, before + widths[-1] if room is None else room)
-    return [f"{' ' * indent}{line}".rstrip() for line in lines]
-
-
-def _stacked(rows: Iterable[Sequence[Text]], room: int, indent: int) -> list[str]:
-    """Write rows whose columns do not fit beside each other: the first cell, and the others below it."""
+    before = indent + sum(widths[:-1]) + _GAP * (len(widths) - 1)
+    is_narrow = width is not None and before + min(widths[-1], LEAST_TEXT) > width
     lines: list[str] = []
-    for first, *others in rows:
-        lines += wrap_line(" " * indent + ansi_line(first), room + indent).split("\n")
-        rest = "  ".join(ansi_line(one) for one in others if one.plain)
-        lines += wrap_line(" " * (indent + 4) + rest, room + indent).split("\n") if rest else []
+    for row in cells:
+        words = row[-1][0].split(" ")
+        if width is not None and (is_narrow or max(map(cell_len, words)) > width - before):
+            shown = [_painted(text, role, paint) for text, role in row if text]
+            lines += _stacked(shown, width, indent)
+            continue
+        line = " " * indent
+        for place, (text, role) in enumerate(row):
+            blanks = " " * (widths[place] - cell_len(text))
+            first, *others = [text] if place < len(row) - 1 else _pieces(text, width, before)
+            shown_text = _painted(first, role, paint)
+            line += blanks + shown_text if place in right else shown_text + blanks
+            line += " " * _GAP
+        lines.append(line.rstrip())
+        lines += [" " * before + _painted(one, row[-1][1], paint) for one in others]
     return lines
 
 
+def _painted(text: str, role: str, paint: Paint | None) -> str:
+    return paint(text, role) if paint is not None and role and text else text
+
+
+def _pieces(text: str, width: int | None, before: int) -> list[str]:
+    """Break the text of a last column, which begins after `before` columns of a terminal."""
+    if width is None:
+        return [text]
+    starts = line_starts(text, width - before, width - before)
+    return [text[at:end].rstrip() for at, end in pairwise((0, *starts, len(text)))]
+
+
+def _stacked(shown: Sequence[str], width: int, indent: int) -> list[str]:
+    """Write a row whose cells do not fit beside each other: the first one, and the others below it."""
+    if not shown:
+        return [""]
+    lines = wrap_line(" " * indent + shown[0], width).split("\n")
+    rest = "  ".join(shown[1:])
+    return lines + (wrap_line(" " * (indent + 4) + rest, width).split("\n") if rest else [])
+
+
 def print_table(
-    rows: Iterable[Sequence[str]],
+    rows: Iterable[Sequence[Cell]],
     *,
     indent: int = 0,
     right: Collection[int] = (),
@@ -116,9 +134,8 @@ def print_table(
         right: numbers of the columns that are set to the right.
         least: widths that the first columns have at least.
     """
-    lines = table_lines(rows, width=output_width(), indent=indent, right=right, least=least)
-    if lines:
-        print_coloured("\n".join(lines))
+    for line in table_lines(rows, width=output_width(), indent=indent, right=right, least=least):
+        print(line)
 
 
 def print_labelled(label: str, text: str) -> None:
@@ -213,7 +230,5 @@ def print_diagnostics(diagnostics: Iterable[Diagnostic]) -> None:
     print_coloured(render_all(diagnostics, paint=painter(into), width=output_width(into)), into)
 
 
-def _one_line(cell: str) -> str:
-    parts = COLOUR.split(cell)
-    parts[::2] = (escape_for_terminal(one).replace("\n", "\\n").replace("\t", " ") for one in parts[::2])
-    return "".join(parts)
+def _one_line(text: str) -> str:
+    return escape_for_terminal(text).replace("\n", "\\n").replace("\t", " ")

@@ -299,6 +299,9 @@ class ShownProgress(Protocol):
 _PROGRESS: Final[list[ShownProgress]] = []
 """The progress that is under way; empty if there is none."""
 
+# A forked process has a copy of it, whose lock another thread may have held; its terminal is the parent's.
+os.register_at_fork(after_in_child=_PROGRESS.clear)
+
 
 def begin_progress(shown: ShownProgress) -> None:
     """Let progress be erased before anything else is written.

@@ -1,17 +1,22 @@
-"""Lines of a terminal: wrapped at its width, and drawn by rich, which is imported at first use."""
+"""Lines of a terminal: wrapped at its width, and coloured by rich, which is imported at first use."""
 
 from __future__ import annotations
 
 import io
 import re
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.text import Text
 
-COLOUR: Final = re.compile(r"(\x1b\[[0-9;]*m)")
-"""An SGR sequence: a colour, boldness, or the end of them."""
+COLOUR: Final = re.compile(r"(\x1b\[(?:(?:[0-4]|3[0-79])(?:;(?:[0-4]|3[0-79]))*)?m)")
+"""SGR sequence of a standard colour, of boldness and the like, or of their end.
+
+Others, such as that for hidden text, are no output of ours, and so are escaped like any control character.
+"""
 
 LEAST_TEXT: Final = 24
 """Columns that text beside a name gets, or else it is written below the name."""
@@ -31,6 +36,35 @@ _PAGE_STYLES: Final = {
 
 _MARKED: Final = re.compile(r"(?:note|help): ")
 _FIRST_COLUMN: Final = re.compile(r" *\S(?:.*?\S)??  +(?=\S)")
+_WORD: Final = re.compile(r" *[^ ]+ *")
+
+
+def line_starts(plain: str, first: int, room: int, start: int = 0) -> list[int]:
+    """Find where to break a text at blanks.
+
+    A word that is wider than a line, such as a path, stays whole, so that it can be copied.
+
+    Args:
+        plain: text without colours.
+        first: columns of the first line.
+        room: columns of each further line.
+        start: columns that are taken on the first line already.
+
+    Returns:
+        Offsets in `plain` at which further lines start.
+    """
+    from rich.cells import cell_len
+
+    starts: list[int] = []
+    width, used = first, start
+    for found in _WORD.finditer(plain):
+        word = found[0]
+        if used and used + cell_len(word.rstrip(" ")) > width:
+            word = word.lstrip(" ")
+            starts.append(found.end() - len(word))
+            width, used = room, 0
+        used += cell_len(word)
+    return starts
 
 
 def wrap_line(line: str, width: int, start: int = 0) -> str:
@@ -47,7 +81,6 @@ def wrap_line(line: str, width: int, start: int = 0) -> str:
     Returns:
         The line, or several.
     """
-    from rich._wrap import divide_line  # `Text.wrap` would tear long words, and paths could not be copied
     from rich.cells import cell_len
 
     line = line.expandtabs()
@@ -55,16 +88,18 @@ def wrap_line(line: str, width: int, start: int = 0) -> str:
     if start + cell_len(plain) <= width:
         return line
     indent = " " * _indent(plain.lstrip() if start else plain, width)
-    text = rich_text(line)
-    pieces = divide_line(plain, width - start, fold=False)
-    first, *others = text.divide(pieces[:1])
-    if start and not pieces and cell_len(plain) <= width - len(indent):
-        first, *others = text.divide([len(plain) - len(plain.lstrip())])  # all of it fits on the next line
-    shown = [ansi_line(first)]
-    for rest in others:
-        within = divide_line(rest.plain, width - len(indent), fold=False)
-        shown += [indent + ansi_line(part) for part in rest.divide(within)]
-    return "\n".join(one.rstrip() for one in shown)
+    starts = line_starts(plain, width, width - len(indent), start)
+    return f"\n{indent}".join(_divided(line, plain, starts))
+
+
+def _divided(line: str, plain: str, starts: Sequence[int]) -> list[str]:
+    """Divide a line, whose text is `plain`, at offsets of its text; without blanks at the ends of parts."""
+    if "\x1b" not in line:
+        return [plain[at:end].rstrip() for at, end in pairwise((0, *starts, len(plain)))]
+    parts = rich_text(line).divide(starts)
+    for part in parts:
+        part.rstrip()
+    return [ansi_line(part) for part in parts]
 
 
 def _indent(plain: str, width: int) -> int:

@@ -10,6 +10,11 @@ that brings L below `LEAST_CHANCE`, and is at least number `LEAST_FAILURES` of i
 skill that is expected to fail in 2 % of its tries is given up after 4 failures, one of 5 % after 6, one of
 10 % after 8, one of 30 % after 21, and one of 50 % only after 75, which is more than a task's budget.
 
+Finished plans are judged alike.  A plan that is carried out without reaching the goal, and leaves the same
+predicates as the time before, is expected to do so with the probability of the least likely of its successes
+(`success_probability`); n such times in a row have a factor as above.  Where each success was certain, or no
+step ran, no probability says that the plan may end otherwise: then time `MOST_FINISHED` is the last.
+
 The agent uses `is_beyond_chance`.  `RunRule` follows the same rule through the states of a transition system:
 a state then ends with a `RunHistory`.  Assumes that a failure changes no quantity by more than its
 uncertainty, as the agent counts failures of several skills together only where nothing has changed.
@@ -17,7 +22,7 @@ uncertainty, as the agent counts failures of several skills together only where 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
@@ -25,6 +30,7 @@ from math import prod
 from typing import Any, Final, NamedTuple
 
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
+from aeros.spec.expr.effects import value_after
 from aeros.spec.model.ecm import Ecm, Outcome, Skill
 
 LEAST_CHANCE: Final = Fraction(1, 1000)
@@ -37,7 +43,7 @@ PRIOR_TRIES: Final = 4
 """Number of results that a declared probability counts as."""
 
 MOST_FINISHED: Final = 3
-"""Times that the same plan may be carried out, and leave the same state, before the run ends."""
+"""Times that the same plan may be carried out, and leave the same state, where no other end is declared."""
 
 MOST_NOT_STARTED: Final = 2
 """Times that a plan may begin with a step that cannot start in the state in which the plan was made."""
@@ -54,6 +60,24 @@ def failure_probability(skill: Skill) -> Fraction:
     """
     shares = outcome_probabilities(skill.outcomes.values())
     return sum((share for outcome, share in shares if outcome.failure), Fraction(0))
+
+
+def success_probability(skill: Skill, is_measured: Callable[[Outcome], bool]) -> Fraction:
+    """Compute the probability that a success of a skill has the effects that were measured.
+
+    Args:
+        skill: the skill.
+        is_measured: tells if all effects of an outcome were measured.
+
+    Returns:
+        The share of the measured outcomes in the probability of all successes, in [0, 1]; 1 if a success has
+        no probability.
+    """
+    shares = outcome_probabilities(skill.outcomes.values())
+    successes = [(outcome, share) for outcome, share in shares if not outcome.failure]
+    whole = sum((share for _, share in successes), Fraction(0))
+    measured = sum((share for outcome, share in successes if is_measured(outcome)), Fraction(0))
+    return measured / whole if whole else Fraction(1)
 
 
 @lru_cache(1024)
@@ -96,20 +120,50 @@ def is_beyond_chance(times: int, failures: Iterable[tuple[Fraction, int]]) -> bo
     return times >= LEAST_FAILURES and chance_of_streak(failures) < LEAST_CHANCE
 
 
-@dataclass(frozen=True, slots=True)
-class AgentBeliefs:
-    """The failures that the agent expects, whatever the probabilities of the loop are.
+class FinishedStreak(NamedTuple):
+    """Times in a row that a plan was carried out without reaching the goal, and left the same predicates.
 
     Attributes:
-        failure: expected probability of a failure, by skill.
+        times: their number.
+        chance: probability of that by chance, in [0, 1].
+    """
+
+    times: int = 0
+    chance: Fraction = Fraction(1)
+
+    def with_finish(self, expected: Fraction) -> FinishedStreak:
+        """Count another time.
+
+        Args:
+            expected: probability of the least likely of the successes of the plan, in [0, 1].
+
+        Returns:
+            The longer streak.
+        """
+        part = (PRIOR_TRIES * expected + self.times) / (PRIOR_TRIES + self.times)
+        return FinishedStreak(self.times + 1, self.chance * part)
+
+    @property
+    def is_useless(self) -> bool:
+        """True if carrying out the plan once more is no use."""
+        return self.times >= MOST_FINISHED and (self.chance == 1 or self.chance < LEAST_CHANCE)
+
+
+@dataclass(frozen=True, slots=True)
+class AgentBeliefs:
+    """The outcomes that the agent expects, whatever the probabilities of the loop are.
+
+    Attributes:
+        skills: skills by name, with the probabilities that the agent expects.
         names: the skill that the agent runs, where the loop has another name for it.
         hidden: state variables of the loop that the agent does not measure.
-        in_any_state: failures in all states are one streak, so that a run ends no later than the agent's own.
+        in_any_state: failures in all states are one streak, and the third finish of a plan is the last, so
+            that a run ends no later than the agent's own.
         counted_skill: a skill whose tries are counted; empty for none.
         most_tries: number of its tries after which the run ends at the next; None for no limit.
     """
 
-    failure: Mapping[str, Fraction]
+    skills: Mapping[str, Skill]
     names: Mapping[str, str] = field(default_factory=dict)
     hidden: frozenset[str] = frozenset()
     in_any_state: bool = False
@@ -126,7 +180,7 @@ def declared_beliefs(ecm: Ecm) -> AgentBeliefs:
     Returns:
         The beliefs.
     """
-    return AgentBeliefs({name: failure_probability(skill) for name, skill in ecm.callable_skills.items()})
+    return AgentBeliefs(ecm.callable_skills)
 
 
 class RunHistory(NamedTuple):
@@ -137,7 +191,9 @@ class RunHistory(NamedTuple):
         verdicts: skill and outcome of each verdict.
         plan: the present plan, by the indices of its rules; empty between plans.
         planned_in: predicates in which it was made.
-        finished: plans that were carried out without the goal, the predicates after them and how often.
+        least_likely: probability of the least likely of its successes.
+        finished: each plan that was carried out without the goal, the predicates after the last time, and
+            the times in a row that it left them.
         not_started: rules whose step could not start where the plan was made, and the predicates.
         tries: tries of the counted skill.
         gave_up: the last step gave the run up.
@@ -147,7 +203,8 @@ class RunHistory(NamedTuple):
     verdicts: frozenset[tuple[str, str]] = frozenset()
     plan: tuple[int, ...] = ()
     planned_in: tuple[Any, ...] = ()
-    finished: frozenset[tuple[tuple[int, ...], tuple[Any, ...], int]] = frozenset()
+    least_likely: Fraction = Fraction(1)
+    finished: frozenset[tuple[tuple[int, ...], tuple[Any, ...], FinishedStreak]] = frozenset()
     not_started: frozenset[tuple[int, tuple[Any, ...]]] = frozenset()
     tries: int = 0
     gave_up: bool = False
@@ -169,7 +226,11 @@ class RunHistory(NamedTuple):
         gave_up = self.gave_up or after.gave_up or (bool(mine) and bool(others) and is_long)
         verdicts = self.verdicts | after.verdicts
         return self._replace(
-            failures=joint, verdicts=verdicts, tries=max(self.tries, after.tries), gave_up=gave_up
+            failures=joint,
+            verdicts=verdicts,
+            least_likely=min(self.least_likely, after.least_likely),
+            tries=max(self.tries, after.tries),
+            gave_up=gave_up,
         )
 
 
@@ -177,13 +238,22 @@ class RunRule:
     """The rule of giving up in the states of a loop, whose last value is a `RunHistory`.
 
     Args:
-        beliefs: the failures that the agent expects.
+        beliefs: the outcomes that the agent expects.
+        names: names of the state variables, in the order of a state.
         predicates: places of the predicates in a state.
         choices: skills of which another may be tried instead, so that giving one up does not end the run.
     """
 
-    def __init__(self, beliefs: AgentBeliefs, predicates: Sequence[int], choices: Iterable[str]) -> None:
+    def __init__(
+        self,
+        beliefs: AgentBeliefs,
+        names: Iterable[str],
+        predicates: Sequence[int],
+        choices: Iterable[str],
+    ) -> None:
         self._beliefs = beliefs
+        self._failure = {name: failure_probability(skill) for name, skill in beliefs.skills.items()}
+        self._places = {name: place for place, name in enumerate(names)}
         self._predicates = tuple(predicates)
         self._choices = frozenset(choices)
 
@@ -215,13 +285,16 @@ class RunRule:
             self._name(skill) == beliefs.counted_skill and history.tries >= beliefs.most_tries
         )
 
-    def after_step(self, before: Sequence[Any], skill: str, outcome: Outcome) -> RunHistory:
+    def after_step(
+        self, before: Sequence[Any], skill: str, outcome: Outcome, after: Sequence[Any]
+    ) -> RunHistory:
         """Note how a step ended.
 
         Args:
             before: the state before it.
             skill: name of the skill.
             outcome: the outcome that was measured.
+            after: the values after it.
 
         Returns:
             The history after it.
@@ -232,7 +305,10 @@ class RunRule:
             history = history._replace(tries=history.tries + 1)
         if not outcome.failure:
             kept = frozenset(one for one in history.failures if one[1] != name)
-            return history._replace(failures=kept)
+            likely = success_probability(
+                self._beliefs.skills[name], lambda one: self._is_measured(one, before, after)
+            )
+            return history._replace(failures=kept, least_likely=min(history.least_likely, likely))
         if skill in self._choices:
             return history
         if outcome.verdict:
@@ -242,7 +318,7 @@ class RunRule:
         here = self._predicates_of(before)
         streak = {failed: times for state, failed, times in history.failures if state == here}
         streak[name] = streak.get(name, 0) + 1
-        expected = self._beliefs.failure
+        expected = self._failure
         if is_beyond_chance(streak[name], [(expected[failed], times) for failed, times in streak.items()]):
             return history._replace(failures=frozenset(), gave_up=True)
         others = {one for one in history.failures if one[:2] != (here, name)}
@@ -281,7 +357,7 @@ class RunRule:
             The state with its history.
         """
         here = self._predicates_of(state) if plan else ()
-        return (*state[:-1], state[-1]._replace(plan=plan, planned_in=here))
+        return (*state[:-1], state[-1]._replace(plan=plan, planned_in=here, least_likely=Fraction(1)))
 
     def finished(self, state: tuple[Any, ...]) -> tuple[Any, ...]:
         """Note that the plan was carried out without reaching the goal.
@@ -293,12 +369,13 @@ class RunRule:
             The state with its history.
         """
         history: RunHistory = state[-1]
-        key = (history.plan, self._predicates_of(state))
-        times = 1 + next((one[2] for one in history.finished if one[:2] == key), 0)
-        if times >= MOST_FINISHED:
+        plan, here = history.plan, self._predicates_of(state)
+        before = (one for one in history.finished if one[:2] == (plan, here))
+        streak = next((one[2] for one in before), FinishedStreak()).with_finish(history.least_likely)
+        if streak.is_useless or (self._beliefs.in_any_state and streak.times >= MOST_FINISHED):
             return (*state[:-1], history._replace(gave_up=True))
-        others = frozenset(one for one in history.finished if one[:2] != key)
-        return (*state[:-1], history._replace(finished=others | {(*key, times)}))
+        others = frozenset(one for one in history.finished if one[0] != plan)
+        return (*state[:-1], history._replace(finished=others | {(plan, here, streak)}))
 
     def not_started(self, state: tuple[Any, ...], rule: int) -> tuple[Any, ...]:
         """Note that a step could not start.
@@ -317,6 +394,14 @@ class RunRule:
         if key in history.not_started:
             return (*state[:-1], history._replace(gave_up=True))
         return (*state[:-1], history._replace(not_started=history.not_started | {key}))
+
+    def _is_measured(self, outcome: Outcome, before: Sequence[Any], after: Sequence[Any]) -> bool:
+        """Tell if the effects of an outcome that the agent expects hold in a state."""
+        places = self._places
+        effects = ((places[name], effect) for name, effect in outcome.effects.items())
+        return all(after[place] == value_after(effect, before[place]) for place, effect in effects) and all(
+            one.low <= after[places[one.name]] <= one.high for one in outcome.ranges if one.name in places
+        )
 
     def _name(self, skill: str) -> str:
         return self._beliefs.names.get(skill, skill)

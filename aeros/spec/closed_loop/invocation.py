@@ -290,7 +290,7 @@ class Invocation:
     def _measured(self, before: State, after: list[Any]) -> tuple[State, Outcome]:
         outcome = self._measured_outcome(before, after)
         if self._rule is not None:
-            after[-1] = self._rule.after_step(before, self.name, outcome)
+            after[-1] = self._rule.after_step(before, self.name, outcome, after)
         return tuple(after), outcome
 
     def _measured_outcome(self, before: State, after: list[Any]) -> Outcome:

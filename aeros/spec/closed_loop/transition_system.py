@@ -109,7 +109,112 @@ class Transition:
     is_open: bool = False
 
 
-class TransitionSystem:
+class _RulePlans:
+    """Plans that the agent makes by the rules of a task, and the notes of them in the history of a run."""
+
+    task: Task
+    _rule: RunRule | None
+    _skills: Mapping[str, Skill]
+    _unless: list[StateCondition]
+    _looked_up: list[tuple[int, int]]
+    _decided: list[int]
+    _most_retries: int
+    _tried_too_often: set[int]
+    _providers: list[tuple[str, ...]]
+    _recovery_skills: dict[str, tuple[str, ...]]
+    _rejections: dict[tuple[int, ...], str | None]
+    _goal: StateCondition
+    _steps: list[list[_Way]]
+
+    def blocked_step(self, node: LoopState) -> tuple[PlanningRule, str] | None:
+        """Find a skill that is due for its first try and cannot start.
+
+        Args:
+            node: state of the loop.
+
+        Returns:
+            The rule of the due step, and the skill of it whose precondition does not hold; None if there is
+            none.
+        """
+        if node.phase != "try" or node.tries or not node.remaining_rules or self._goal(node.state):
+            return None
+        index = node.remaining_rules[0]
+        if self._unless[index](node.state):
+            return None
+        name = next((way.name for way in self._steps[index] if not way.can_start(node.state)), None)
+        return None if name is None else (self.task.rules[index], name)
+
+    def rejection(self, plan: tuple[int, ...]) -> str | None:
+        """Give the reason for which the agent rejects a plan; results are cached.
+
+        Args:
+            plan: indices of the plan's rules.
+
+        Returns:
+            The reason, or None if the plan is accepted.
+        """
+        if plan not in self._rejections:
+            self._rejections[plan] = self._rejection(plan)
+        return self._rejections[plan]
+
+    def recovery_edges(self, index: int) -> list[tuple[str, str]]:
+        """List what may run after a failure of a rule's step.
+
+        Args:
+            index: index of the rule.
+
+        Returns:
+            Pairs of a skill that the step may run, and a skill that may run after it failed.
+        """
+        helpers = (
+            one for name in recoveries_of(self.task.rules[index]) for one in self._recovery_skills[name]
+        )
+        return [*product(self._providers[index], helpers)]
+
+    def plan(self, state: State) -> tuple[int, ...]:
+        """Plan by the task's rules.
+
+        Args:
+            state: values of the predicates.
+
+        Returns:
+            Indices of the rules whose `unless` does not hold, in order.
+        """
+        plan = [index for index, place in self._looked_up if not state[place]]
+        plan += [index for index in self._decided if not self._unless[index](state)]
+        return tuple(sorted(plan))
+
+    def _compute_plan(self, state: State) -> LoopState:
+        plan = self.plan(state)
+        if self.rejection(plan):
+            return LoopState("rejected", state)
+        return LoopState("try", state if self._rule is None else self._rule.planned(state, plan), plan)
+
+    def _plan_again(self, state: State) -> LoopState:
+        return LoopState("plan", state if self._rule is None else self._rule.planned(state, ()))
+
+    def _finished(self, state: State) -> LoopState:
+        """Return the node after a plan that was carried out and has not reached the goal."""
+        return self._plan_again(state if self._rule is None else self._rule.finished(state))
+
+    def _not_started(self, state: State, index: int) -> LoopState:
+        return self._plan_again(state if self._rule is None else self._rule.not_started(state, index))
+
+    def _rejection(self, plan: tuple[int, ...]) -> str | None:
+        if not plan:
+            return "no rule applies, so the plan is empty"
+        if len(plan) > MAX_PLAN_STEPS:
+            return f"the plan has {len(plan)} steps; at most {MAX_PLAN_STEPS} are allowed"
+        if not self._tried_too_often.isdisjoint(plan):
+            return f"a step has more than the {self._most_retries} retries that this site allows"
+        recovered = [edge for index in plan for edge in self.recovery_edges(index)]
+        for _, recovery in recovered:
+            if any(declared.default_value is None for declared in self._skills[recovery].inputs.values()):
+                return f"`{recovery}` runs with default inputs after a failure, but an input has no default"
+        return "a failure leads back to itself" if _is_cyclic(recovered) else None
+
+
+class TransitionSystem(_RulePlans):
     """The agent's loop on one task.
 
     The constructor raises `StateSpaceError` if a variable has infinitely many values and no cells, or an
@@ -220,7 +325,7 @@ class TransitionSystem:
         }
         helped = (self.ecm.providers(name) for rule in self.task.rules for name in recoveries_of(rule))
         choices.update(name for several in helped if len(several) > 1 for name in several)
-        return RunRule(beliefs, measured, choices)
+        return RunRule(beliefs, self.names, measured, choices)
 
     def _is_over(self, state: State) -> bool:
         """Tell if nothing more starts."""
@@ -256,24 +361,6 @@ class TransitionSystem:
         )
         return _ComposedWay(alternative.name, self.condition(composition.precondition), run)
 
-    def blocked_step(self, node: LoopState) -> tuple[PlanningRule, str] | None:
-        """Find a skill that is due for its first try and cannot start.
-
-        Args:
-            node: state of the loop.
-
-        Returns:
-            The rule of the due step, and the skill of it whose precondition does not hold; None if there is
-            none.
-        """
-        if node.phase != "try" or node.tries or not node.remaining_rules or self._goal(node.state):
-            return None
-        index = node.remaining_rules[0]
-        if self._unless[index](node.state):
-            return None
-        name = next((way.name for way in self._steps[index] if not way.can_start(node.state)), None)
-        return None if name is None else (self.task.rules[index], name)
-
     def transitions(self, node: LoopState) -> list[Transition]:
         """List the moves from a state of the loop.
 
@@ -299,75 +386,6 @@ class TransitionSystem:
             return [Transition(LoopState("try", node.state, node.remaining_rules[1:]))]
         follow = self._recovery_transitions if node.phase == "recover" else self._attempt_transitions
         return follow(node)
-
-    def rejection(self, plan: tuple[int, ...]) -> str | None:
-        """Give the reason for which the agent rejects a plan; results are cached.
-
-        Args:
-            plan: indices of the plan's rules.
-
-        Returns:
-            The reason, or None if the plan is accepted.
-        """
-        if plan not in self._rejections:
-            self._rejections[plan] = self._rejection(plan)
-        return self._rejections[plan]
-
-    def recovery_edges(self, index: int) -> list[tuple[str, str]]:
-        """List what may run after a failure of a rule's step.
-
-        Args:
-            index: index of the rule.
-
-        Returns:
-            Pairs of a skill that the step may run, and a skill that may run after it failed.
-        """
-        helpers = (
-            one for name in recoveries_of(self.task.rules[index]) for one in self._recovery_skills[name]
-        )
-        return [*product(self._providers[index], helpers)]
-
-    def plan(self, state: State) -> tuple[int, ...]:
-        """Plan by the task's rules.
-
-        Args:
-            state: values of the predicates.
-
-        Returns:
-            Indices of the rules whose `unless` does not hold, in order.
-        """
-        plan = [index for index, place in self._looked_up if not state[place]]
-        plan += [index for index in self._decided if not self._unless[index](state)]
-        return tuple(sorted(plan))
-
-    def _compute_plan(self, state: State) -> LoopState:
-        plan = self.plan(state)
-        if self.rejection(plan):
-            return LoopState("rejected", state)
-        return LoopState("try", state if self._rule is None else self._rule.planned(state, plan), plan)
-
-    def _plan_again(self, state: State) -> LoopState:
-        return LoopState("plan", state if self._rule is None else self._rule.planned(state, ()))
-
-    def _finished(self, state: State) -> LoopState:
-        """Return the node after a plan that was carried out and has not reached the goal."""
-        return self._plan_again(state if self._rule is None else self._rule.finished(state))
-
-    def _not_started(self, state: State, index: int) -> LoopState:
-        return self._plan_again(state if self._rule is None else self._rule.not_started(state, index))
-
-    def _rejection(self, plan: tuple[int, ...]) -> str | None:
-        if not plan:
-            return "no rule applies, so the plan is empty"
-        if len(plan) > MAX_PLAN_STEPS:
-            return f"the plan has {len(plan)} steps; at most {MAX_PLAN_STEPS} are allowed"
-        if not self._tried_too_often.isdisjoint(plan):
-            return f"a step has more than the {self._most_retries} retries that this site allows"
-        recovered = [edge for index in plan for edge in self.recovery_edges(index)]
-        for _, recovery in recovered:
-            if any(declared.default_value is None for declared in self._skills[recovery].inputs.values()):
-                return f"`{recovery}` runs with default inputs after a failure, but an input has no default"
-        return "a failure leads back to itself" if _is_cyclic(recovered) else None
 
     def _attempt_transitions(self, node: LoopState) -> list[Transition]:
         index, rest = node.remaining_rules[0], node.remaining_rules[1:]

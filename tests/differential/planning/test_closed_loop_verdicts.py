@@ -186,7 +186,7 @@ def _loops_are_judged(case: Case) -> None:
     _judge(case, list(closed_loop_obligations(case.ecm, case.site)), SEEN)
 
 
-@examples(120)
+@examples(180)
 @given(_judged() | _turning() | _turning())
 def _loops_are_judged_by_sets(case: Case) -> None:
     listed = list(closed_loop_obligations(case.ecm, case.site))

@@ -29,11 +29,11 @@ from aeros.spec.planning.plan_check import find_step_problems
 from aeros.spec.planning.search_result import AvoidSet, PlanPath, PlanUndecidedError
 from aeros.spec.planning.shortest import shortest_plan
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
-from tests.differential.planning.planning_problems import Enumeration, Problem, problems
+from tests.differential.planning.planning_problems import NAMES, Enumeration, Problem, problems
 from tests.differential.real_loop import Recording, pursue
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
-from tests.unit.agent.dumplings import task
+from tests.unit.agent.dumplings import module, site, skill, task, term
 
 
 def domain_of(problem: Problem) -> PlanningDomain:
@@ -81,14 +81,14 @@ def test_the_solver_finds_plans_as_short_and_reports_undecided_cases() -> None:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("aeros.spec.planning.bounded.MAX_PLAN_LENGTH", 8)
-        _law(compare, 60)
+        _law(compare, 90)
     assert decided[True] > 40
 
 
 def test_runs_never_leave_hope_and_every_step_starts_where_it_may() -> None:
     ends = Counter[bool]()
 
-    @examples(110)
+    @examples(165)
     @given(problems(), st.integers(0, 2**32))
     def law(problem: Problem, seed: int) -> None:
         every = Enumeration(problem)
@@ -185,7 +185,7 @@ def _law(check: Callable[[Problem], None], count: int, **more: Any) -> None:
 
 def test_a_plan_from_elsewhere_is_accepted_exactly_where_it_works() -> None:
     seen = Mix()
-    _plans_are_judged(StrongCyclicStrategy, seen)
+    _plans_are_judged(seen)
     seen.assert_both("plan", at_least=15)
 
 
@@ -197,24 +197,36 @@ class _Hopeful(StrongCyclicStrategy):
 
 
 def test_a_judge_that_minds_no_outcome_is_noticed() -> None:
-    with pytest.raises(AssertionError):
-        _plans_are_judged(_Hopeful, Mix(), phases=[Phase.generate])
+    target, broken = NAMES[:2]
+    outcomes = [
+        Outcome("done", {target: True}, False, None, None),
+        Outcome("broken", {broken: True}, True, None, None),
+    ]
+    only = skill("only", *outcomes, precondition=f"not {broken}")
+    start = {**dict.fromkeys(NAMES, False), "area": "table"}
+    problem = Problem(module("small", (only,)), site(), term(target), (), start)
+    _judge_plan(problem, ["only"], StrongCyclicStrategy, Mix())
+    with pytest.raises(AssertionError, match="plan is proved"):
+        _judge_plan(problem, ["only"], _Hopeful, Mix())
 
 
-def _plans_are_judged(strategy: type[StrongCyclicStrategy], seen: Mix, **more: Any) -> None:
-    @examples(150, **more)
+def _plans_are_judged(seen: Mix) -> None:
+    @examples(225)
     @given(problems(), st.data())
     def law(problem: Problem, data: st.DataObject) -> None:
-        steps = data.draw(_steps(problem))
-        labels = [f"{problem.ecm.id}.{name}" for name in steps]
-        modules = {problem.ecm.id: problem.ecm}
-        domain = domain_for(
-            modules, problem.site, problem.start, problem.goal, problem.invariants, extra_variables=labels
-        )
-        wrong = find_step_problems(strategy(domain), domain.state(problem.start), labels)
-        seen.compare("plan", proved=not wrong, expected=works(Enumeration(problem), steps))
+        _judge_plan(problem, data.draw(_steps(problem)), StrongCyclicStrategy, seen)
 
     law()
+
+
+def _judge_plan(problem: Problem, steps: list[str], strategy: type[StrongCyclicStrategy], seen: Mix) -> None:
+    labels = [f"{problem.ecm.id}.{name}" for name in steps]
+    modules = {problem.ecm.id: problem.ecm}
+    domain = domain_for(
+        modules, problem.site, problem.start, problem.goal, problem.invariants, extra_variables=labels
+    )
+    wrong = find_step_problems(strategy(domain), domain.state(problem.start), labels)
+    seen.compare("plan", proved=not wrong, expected=works(Enumeration(problem), steps))
 
 
 @st.composite

@@ -86,3 +86,13 @@ def test_lines_that_are_too_wide_are_broken_below_their_beginning(monkeypatch: p
         formatter_class=WrappedEpilog,
     )  # fmt: skip
     assert parser.format_help().endswith("  aeros run one two three four five six\n      seven eight\n")
+
+
+def test_a_remark_below_its_example_moves_to_the_left_where_it_is_too_wide() -> None:
+    formatter = WrappedEpilog("aeros", width=40)
+    text = f"  aeros run --long\n{' ' * 30}a remark that is wide\n{' ' * 30}narrow"
+    assert formatter._fill_text(text, 40, "").split("\n") == [
+        "  aeros run --long",
+        "      a remark that is wide",
+        " " * 30 + "narrow",
+    ]

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Final
 
 from aeros.cli.author.reports.result import VerifyResult
-from aeros.cli.terminal.rendering import table_lines
+from aeros.cli.terminal.rendering import Cell, table_lines
 from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import Paint, escape_invisible, render_text
 from aeros.spec.obligations.verdicts import Conclusion
@@ -53,8 +53,8 @@ def as_text(
 
 
 def _summaries(result: VerifyResult, width: int | None, paint: Paint | None) -> list[str]:
-    rows = [_summary(subject, paint) for subject in result.subjects if subject.name]
-    return table_lines(rows, width=width, least=(0, len(Conclusion.UNDECIDED.value)))
+    rows = [_summary(subject) for subject in result.subjects if subject.name]
+    return table_lines(rows, width=width, least=(0, len(Conclusion.UNDECIDED.value)), paint=paint)
 
 
 def _proved(result: VerifyResult) -> list[SubjectReport]:
@@ -171,10 +171,9 @@ def _listed(questions: Sequence[tuple[str, str]]) -> list[str]:
     return [f"  {escape_invisible(about)}: {escape_invisible(reason)}" for about, reason in questions]
 
 
-def _summary(subject: SubjectReport, paint: Paint | None) -> tuple[str, str, str]:
+def _summary(subject: SubjectReport) -> Sequence[Cell]:
     conclusion, is_proved = subject.conclusion.value, subject.conclusion is Conclusion.PROVED
     text = f"{subject.claim_count:4} obligations"
     if is_proved and subject.runtime_checked_count:
         text += f", {subject.runtime_checked_count} runtime-checked"
-    shown = conclusion if paint is None else paint(conclusion, "good" if is_proved else "bad")
-    return escape_invisible(subject.name), shown, text
+    return escape_invisible(subject.name), (conclusion, "good" if is_proved else "bad"), text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import pytest
@@ -79,12 +80,24 @@ def test_an_obstacle_is_no_chance_and_a_person_or_a_sensor_is(
     assert is_explained_by_chance(status, causes, cell) is by_chance
 
 
-def test_a_plan_that_leaves_the_same_state_is_useless_the_third_time() -> None:
+def test_a_plan_that_surely_leaves_the_same_state_is_useless_the_third_time() -> None:
     plans = FinishedPlans()
-    assert not plans.is_useless("a", {"there": False})
-    assert not plans.is_useless("a", {"there": True})
-    assert not plans.is_useless("a", {"there": False})
+    assert [plans.is_useless("a", {"there": False}) for _ in range(2)] == [False, False]
     assert not plans.is_useless("b", {"there": False})
     assert plans.is_useless("a", {"there": False})
     plans.forget()
+    assert [plans.is_useless("a", {"there": False}) for _ in range(2)] == [False, False]
+    assert not plans.is_useless("a", {"there": True})
     assert not plans.is_useless("a", {"there": False})
+
+
+@pytest.mark.parametrize(("percent", "times"), [(1, 3), (5, 6), (30, 21)])
+def test_a_plan_that_may_leave_another_state_is_useless_when_chance_does_not_explain_it(
+    percent: int, times: int
+) -> None:
+    plans = FinishedPlans()
+    for number in range(1, times + 1):
+        plans.begin()
+        plans.note_success(Fraction(percent, 100))
+        plans.note_success(Fraction(1))
+        assert plans.is_useless("a", {"there": False}) is (number == times)

@@ -63,5 +63,5 @@ def test_a_number_of_things_may_follow_as_a_wish(words: str, link: Link, joint: 
     ("words", "link"), [("a can", Link.THEN), ("the table", Link.THEN), ("2 dumplings", Link.JOINED)]
 )
 def test_a_thing_without_a_verb_may_be_about_the_verb_before(words: str, link: Link) -> None:
-    with pytest.raises(InstructionError, match="does not say what to do"):
+    with pytest.raises(InstructionError, match="does not say what `"):
         read_after(words, link, "and")

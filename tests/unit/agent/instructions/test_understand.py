@@ -213,8 +213,11 @@ def test_any_text_is_understood_or_refused_with_a_reason(text: str) -> None:
             "make 12 dumplings",
             "`12` is out of range: `count` is 1 to 2 (at most 2: the cell has two wrappers)",
         ),
-        ("fetch", "does not say with what; `fetch_object.fetch_object` knows"),
-        ("the table", "does not say what to do; `clean_table.clean_table` knows"),
+        ("fetch", "does not say with what to do `fetch_object.fetch_object`; it knows `fetch`, `bring`, "),
+        ("bring me the bottle", "does not know `bottle`; it knows `fetch`, "),
+        ("bring me the bottle", " with `red can`, `blue block`"),
+        ("cook a soup", "it knows `make`, `cook`, `boil`, `boil up`, `prepare`, `produce` with `dumpling`"),
+        ("the table", "does not say what `clean_table.clean_table` is to do; it knows `clean`, "),
         ("do not fetch anything", "`fetch_object.fetch_object` is prohibited, so nothing moves"),
         ("stop", "nothing is asked for, and `stop` is prohibited, so nothing moves"),
         (

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from aeros.agent.memory.experience import (
     ExperiencedEnd,
     ExperiencedModules,
-    expected_failure,
+    expected_skill,
     experienced_beliefs,
     with_experience,
 )
 from aeros.agent.memory.posterior import FORGETTING
-from aeros.spec.closed_loop.giving_up import PRIOR_TRIES
+from aeros.spec.closed_loop.giving_up import PRIOR_TRIES, failure_probability
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.model.ecm import Ecm, Outcome, Skill
 from tests.unit.agent.dumplings import module, outcome, skill
@@ -109,6 +109,10 @@ def ends(results: str) -> list[ExperiencedEnd]:
     return [ExperiencedEnd("cooked" if one == "+" else "cold", one == "-", 6.0) for one in reversed(results)]
 
 
+def expected_failure(skill: Skill, ends: list[ExperiencedEnd]) -> Fraction:
+    return failure_probability(expected_skill(skill, ends))
+
+
 def test_an_agent_expects_as_many_failures_as_it_saw_and_could_explain() -> None:
     declared = Fraction(1, 10)
     assert expected_failure(BOIL, []) == declared
@@ -123,9 +127,9 @@ def test_an_agent_expects_as_many_failures_as_it_saw_and_could_explain() -> None
 
 def test_beliefs_are_of_all_skills_that_a_module_may_call() -> None:
     believed = experienced_beliefs(KITCHEN, lambda _, name, __: ends("+" * 9) if name == "boil" else ())
-    assert set(believed.failure) == {"boil", "rest"}
-    assert believed.failure["boil"] < Fraction(1, 20)
-    assert believed.failure["rest"] == 0
+    assert set(believed.skills) == {"boil", "rest"}
+    assert failure_probability(believed.skills["boil"]) < Fraction(1, 20)
+    assert believed.skills["rest"] is KITCHEN.skills["rest"]
 
 
 def test_a_module_is_read_when_it_is_asked_for_and_once() -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import os
 import re
+import signal
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -98,17 +100,32 @@ def test_another_progress_takes_its_place() -> None:
         assert "first again" not in terminal.getvalue()
 
 
-def test_a_forked_process_leaves_it_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_forked_process_writes_though_progress_was_being_drawn() -> None:
     with terminal_of_errors() as terminal:
         line = ProgressLine(delay=0.0)
         line.show("proving")
         terminal.wait_for("proving")
-        with monkeypatch.context() as patched:
-            patched.setattr(os, "getpid", lambda: -1)
-            shown = terminal.getvalue()
-            line.erase()
-            assert terminal.getvalue() == shown
+        is_held, is_over = threading.Event(), threading.Event()
+
+        def hold() -> None:
+            with line.lock:
+                is_held.set()
+                is_over.wait()
+
+        holder = threading.Thread(target=hold)
+        holder.start()
+        is_held.wait()
+        shown = terminal.getvalue()
+        child = os.fork()
+        if child == 0:
+            signal.alarm(5)  # ends it with a signal if it waits for the lock
+            sys.stderr.write("of the child\n")
+            os._exit(0 if terminal.getvalue() == f"{shown}of the child\n" else 1)
+        _, status = os.waitpid(child, 0)
+        is_over.set()
+        holder.join()
         line.end()
+    assert os.waitstatus_to_exitcode(status) == 0
 
 
 @pytest.mark.parametrize(("is_terminal", "name"), [(False, "xterm"), (True, "dumb")])

@@ -16,6 +16,7 @@ from aeros.cli.terminal.rendering import (
     paint,
     painter,
     print_diagnostics,
+    print_labelled,
     print_table,
     table_lines,
 )
@@ -61,9 +62,39 @@ def test_numbers_to_the_right_and_least_widths() -> None:
     assert table_lines([], width=80) == []
 
 
-def test_text_of_others_in_a_table_is_escaped_and_colours_stay() -> None:
-    rows = [("a\x1b[2J\nforged", paint("good", "good"))]
-    assert table_lines(rows, width=80) == ["a\\u001b[2J\\nforged  \x1b[32mgood\x1b[0m"]
+def test_text_of_others_in_a_table_is_escaped_and_only_roles_colour_it() -> None:
+    rows = [("a\x1b[2J\nforged", ("good", "good"), "\x1b[8mhidden\x1b[0m")]
+    last = "\\u001b[8mhidden\\u001b[0m"
+    assert table_lines(rows, width=80) == [f"a\\u001b[2J\\nforged  good  {last}"]
+    assert table_lines(rows, width=80, paint=paint) == [f"a\\u001b[2J\\nforged  \x1b[32mgood\x1b[0m  {last}"]
+
+
+def test_each_line_of_a_coloured_cell_is_coloured() -> None:
+    red, plain = "\x1b[1;31m", "\x1b[0m"
+    assert table_lines([("name", (LONG, "bad"))], width=40, paint=paint) == [
+        f"name  {red}one two three four five six seven{plain}",
+        f"      {red}eight nine ten{plain}",
+    ]
+
+
+def test_a_path_too_long_for_its_column_is_whole_below_the_name() -> None:
+    path = f"{'/folder' * 12}/:"
+    assert table_lines([("output", f"{path} audit.jsonl"), ("why", "x")], width=80) == [
+        "output",
+        f"    {path}",
+        "      audit.jsonl",
+        "why     x",
+    ]
+
+
+def test_a_row_without_text_is_an_empty_line() -> None:
+    assert table_lines([("a", "b"), ("", "")], width=None) == ["a  b", ""]
+
+
+def test_a_labelled_line_shows_no_control_sequence_of_a_path(capsys: pytest.CaptureFixture[str]) -> None:
+    with safe_streams():
+        print_labelled("output", "out/\x1b[8mx\x1b[31m[red]y[/]")
+    assert capsys.readouterr().out == "output     out/\\u001b[8mx\\u001b[31m[red]y[/]\n"
 
 
 CELLS = st.lists(st.tuples(TEXTS, TEXTS, TEXTS), min_size=1, max_size=4)

@@ -149,13 +149,22 @@ def test_text_that_goes_on_on_a_line_is_wrapped_with_what_is_there(monkeypatch: 
     assert terminal.getvalue() == f"a question that goes on: yes or perhaps\n  no\n{'x' * 40}\n  y\n"
 
 
+def test_sequences_that_are_no_colours_of_ours_are_escaped(capsys: pytest.CaptureFixture[str]) -> None:
+    with safe_streams():
+        print_coloured("\x1b[1;31mred\x1b[0m \x1b[8mhidden \x1b[7mreversed \x1b[41mon red \x1b[38;5;1mother")
+    shown = (
+        "\x1b[1;31mred\x1b[0m \\u001b[8mhidden \\u001b[7mreversed \\u001b[41mon red \\u001b[38;5;1mother\n"
+    )
+    assert capsys.readouterr().out == shown
+
+
 def test_colours_do_not_count_and_go_on_on_the_next_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "40")
     terminal = Terminal()
     monkeypatch.setattr("sys.stdout", terminal)
     with safe_streams():
         print_coloured(f"\x1b[31m{'red ' * 10}\x1b[0m[bold]:smile:[/] \x1b[2J")
-    assert terminal.getvalue() == (f"\x1b[31m{'red ' * 9}red \x1b[0m\n  [bold]:smile:[/] \\u001b[2J\n")
+    assert terminal.getvalue() == (f"\x1b[31m{'red ' * 9}red\x1b[0m\n  [bold]:smile:[/] \\u001b[2J\n")
 
 
 def test_the_width_is_that_of_the_environment_or_of_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,10 +10,11 @@ import pytest
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments.architecture import ArchitectureReport, TrialModel
 from aeros.experiments.architectures.aeros_agent import AerosAgent
-from aeros.spec.closed_loop.giving_up import AgentBeliefs
+from aeros.spec.closed_loop.giving_up import declared_beliefs
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.markov_chain import Prediction
 from aeros.spec.model.ecm import Outcome, Task
+from tests.differential.planning.test_giving_up import with_all_failures
 from tests.unit.agent.dumplings import (
     PREDICATES,
     module,
@@ -129,5 +130,6 @@ def test_it_predicts_budgets_of_tries(tries: int, success: Fraction) -> None:
 
 
 def test_the_beliefs_of_the_agent_decide_when_it_gives_up() -> None:
-    model = replace(_model(retry=1, replans=10), beliefs=AgentBeliefs({"boil": Fraction(1, 10)}))
+    model = _model(retry=1, replans=10)
+    model = replace(model, beliefs=declared_beliefs(with_all_failures(model.ecm, Fraction(1, 10))))
     assert AerosAgent().predict(model).success == 1 - Fraction(1, 2) ** 8

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from math import comb, prod
 
@@ -12,7 +13,9 @@ from hypothesis import strategies as st
 from aeros.spec.closed_loop.giving_up import (
     LEAST_CHANCE,
     LEAST_FAILURES,
+    MOST_FINISHED,
     AgentBeliefs,
+    FinishedStreak,
     RunHistory,
     RunRule,
     chance_of_failures,
@@ -20,6 +23,7 @@ from aeros.spec.closed_loop.giving_up import (
     declared_beliefs,
     failure_probability,
     is_beyond_chance,
+    success_probability,
 )
 from aeros.spec.model.ecm import Outcome
 from tests.unit.agent.dumplings import module, skill
@@ -27,8 +31,16 @@ from tests.unit.agent.dumplings import module, skill
 TWENTIETH = Fraction(1, 20)
 FAILED = Outcome("not_seen", {}, True, TWENTIETH, None)
 SEEN = Outcome("seen", {}, False, 1 - TWENTIETH, None)
-BELIEFS = AgentBeliefs({"look": TWENTIETH, "search": TWENTIETH})
-RULE = RunRule(BELIEFS, [0], ())
+EMPTIED = Outcome("emptied", {"empty": True}, False, Fraction(1, 2), None)
+MORE = Outcome("more_to_do", {"empty": False}, False, Fraction(9, 20), None)
+BELIEFS = AgentBeliefs(
+    {
+        "look": skill("look", SEEN, FAILED),
+        "search": skill("search", SEEN, FAILED),
+        "drop": skill("drop", EMPTIED, MORE, FAILED),
+    }
+)
+RULE = RunRule(BELIEFS, ["empty"], [0], ())
 
 
 def failures_until_given_up(expected: Fraction) -> int:
@@ -69,7 +81,7 @@ def test_chance_as_declared_is_given_up_less_than_once_in_a_thousand_times(expec
 def test_an_agent_believes_what_a_module_declares() -> None:
     look = skill("look", SEEN, FAILED)
     assert failure_probability(look) == TWENTIETH
-    assert declared_beliefs(module("m", (look,))).failure == {"look": TWENTIETH}
+    assert declared_beliefs(module("m", (look,))).skills == {"look": look}
 
 
 # The history of a run in the states of a loop, each with one predicate.
@@ -77,7 +89,7 @@ def test_an_agent_believes_what_a_module_declares() -> None:
 
 def after(rule: RunRule, state: tuple[object, ...], *steps: tuple[str, Outcome]) -> tuple[object, ...]:
     for name, outcome in steps:
-        state = (*state[:-1], rule.after_step(state, name, outcome))
+        state = (*state[:-1], rule.after_step(state, name, outcome, state))
     return state
 
 
@@ -103,7 +115,7 @@ def test_a_success_and_another_state_begin_anew() -> None:
     elsewhere = after(RULE, (True, state[-1]), *[("look", FAILED)] * 5)
     assert not RULE.has_ended(elsewhere)
     assert RULE.has_ended(after(RULE, (False, elsewhere[-1]), ("look", FAILED)))
-    in_any_state = RunRule(BELIEFS, [], ())
+    in_any_state = RunRule(replace(BELIEFS, in_any_state=True), ["empty"], [], ())
     state = after(in_any_state, in_any_state.begin((False,)), *[("look", FAILED)] * 5)
     assert in_any_state.has_ended(after(in_any_state, (True, state[-1]), ("look", FAILED)))
 
@@ -115,7 +127,7 @@ def test_failures_of_several_skills_count_together_after_three_of_the_skill() ->
 
 
 def test_a_skill_of_which_there_is_another_does_not_end_the_run() -> None:
-    rule = RunRule(BELIEFS, [0], ["look"])
+    rule = RunRule(BELIEFS, ["empty"], [0], ["look"])
     assert not rule.has_ended(after(rule, rule.begin((False,)), *[("look", FAILED)] * 20))
 
 
@@ -126,13 +138,57 @@ def test_the_second_verdict_ends_the_run() -> None:
     assert RULE.has_ended(after(RULE, state, ("look", gone)))
 
 
-def test_a_plan_that_leaves_the_same_state_three_times_ends_the_run() -> None:
-    state = RULE.begin((False,))
-    for _ in range(2):
-        state = RULE.finished(RULE.planned(state, (0, 1)))
-    assert not RULE.has_ended(state)
-    assert not RULE.has_ended(RULE.finished(RULE.planned(state, (1,))))
-    assert RULE.has_ended(RULE.finished(RULE.planned(state, (0, 1))))
+def finished_in(rule: RunRule, state: tuple[object, ...], *steps: tuple[str, Outcome]) -> tuple[object, ...]:
+    """The state after a plan whose steps end so."""
+    return rule.finished(after(rule, rule.planned(state, (0, 1)), *steps))
+
+
+def finishes_until_given_up(rule: RunRule, *steps: tuple[str, Outcome]) -> int:
+    state, times = rule.begin((False,)), 0
+    while not rule.has_ended(state):
+        state, times = finished_in(rule, state, *steps), times + 1
+    return times
+
+
+def test_a_plan_that_surely_leaves_the_same_state_ends_the_run_the_third_time() -> None:
+    assert finishes_until_given_up(RULE) == MOST_FINISHED
+    assert finishes_until_given_up(RULE, ("look", SEEN)) == MOST_FINISHED
+
+
+def test_a_plan_whose_outcome_is_declared_ends_the_run_when_chance_does_not_explain_it() -> None:
+    steps = (("look", SEEN), ("drop", MORE), ("look", SEEN))
+    assert finishes_until_given_up(RULE, *steps) == failures_until_given_up(Fraction(9, 19)) == 62
+    rare = skill("drop", replace(EMPTIED, probability=Fraction(19, 20)), replace(MORE, probability=TWENTIETH))
+    certain = RunRule(replace(BELIEFS, skills={**BELIEFS.skills, "drop": rare}), ["empty"], [0], ())
+    assert finishes_until_given_up(certain, *steps) == failures_until_given_up(TWENTIETH)
+    soonest = RunRule(replace(BELIEFS, in_any_state=True), ["empty"], [], ())
+    assert finishes_until_given_up(soonest, *steps) == MOST_FINISHED
+
+
+def test_finishes_are_in_a_row_and_each_plan_has_its_own() -> None:
+    twice = finished_in(RULE, finished_in(RULE, RULE.begin((False,))))
+    assert RULE.has_ended(finished_in(RULE, twice))
+    assert not RULE.has_ended(RULE.finished(RULE.planned(twice, (1,))))
+    elsewhere = finished_in(RULE, (True, twice[-1]))
+    assert not RULE.has_ended(finished_in(RULE, (False, elsewhere[-1])))
+    # A success in the plan before is none of this one.
+    assert history(RULE.planned(after(RULE, twice, ("drop", MORE)), ())).least_likely == 1
+
+
+@given(st.fractions(0, 1), st.integers(1, 9))
+def test_finishes_have_the_chance_of_failures(expected: Fraction, times: int) -> None:
+    streak = FinishedStreak()
+    for _ in range(times):
+        streak = streak.with_finish(expected)
+    assert streak == FinishedStreak(times, chance_of_failures(expected, times))
+
+
+def test_a_success_is_as_likely_as_all_that_would_be_measured_like_it() -> None:
+    drop = BELIEFS.skills["drop"]
+    assert success_probability(drop, lambda one: one is MORE) == Fraction(9, 19)
+    assert success_probability(drop, lambda _: True) == 1
+    assert success_probability(drop, lambda _: False) == 0
+    assert success_probability(skill("never", replace(FAILED, probability=Fraction(1))), lambda _: True) == 1
 
 
 def test_a_plan_whose_first_step_cannot_start_is_made_twice() -> None:
@@ -143,8 +199,8 @@ def test_a_plan_whose_first_step_cannot_start_is_made_twice() -> None:
 
 
 def test_tries_are_counted_where_they_are_limited() -> None:
-    limited = AgentBeliefs(BELIEFS.failure, {"look, bad": "look"}, counted_skill="look", most_tries=2)
-    rule = RunRule(limited, [0], ())
+    limited = AgentBeliefs(BELIEFS.skills, {"look, bad": "look"}, counted_skill="look", most_tries=2)
+    rule = RunRule(limited, ["empty"], [0], ())
     state = after(rule, rule.begin((False,)), ("look, bad", FAILED), ("search", FAILED))
     assert not rule.is_spent(state, "look")
     state = after(rule, state, ("look", FAILED))

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 
 from aeros.spec.closed_loop import success_bounds
-from aeros.spec.closed_loop.giving_up import AgentBeliefs, declared_beliefs
+from aeros.spec.closed_loop.giving_up import declared_beliefs
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.markov_chain import predict
 from aeros.spec.closed_loop.success_bounds import SuccessBounds, bound_success
@@ -16,6 +16,7 @@ from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from tests.differential.planning.small_tasks import Case, cases
+from tests.differential.planning.test_giving_up import with_all_failures
 from tests.differential.reference_cases import predicted
 from tests.hypothesis_profiles import examples
 from tests.repo.tree import ROOT
@@ -48,7 +49,7 @@ def test_bounds_meet_where_every_probability_is_known(case: Case) -> None:
 def test_an_agent_that_gives_up_is_between_one_that_does_so_no_later_and_one_that_never_does(
     case: Case,
 ) -> None:
-    expected = AgentBeliefs(dict.fromkeys(case.ecm.callable_skills, Fraction(1, 100)))
+    expected = declared_beliefs(with_all_failures(case.ecm, Fraction(1, 100)))
     system = TransitionSystem(case.ecm, case.task, case.site, expected)
     soonest, success, most = (
         predict(one, one.start(case.start), case.site.limits.replans).success

@@ -117,7 +117,7 @@ def test_a_number_of_things_is_no_all_of_them() -> None:
 def test_articles_are_free_within_extras_and_bracketed_words_optional() -> None:
     for place in ("into trays", "into two trays", "into the two trays", "into a marked trays"):
         assert meaning(f"sort the bolts {place}") == ["shop.sort"]
-    refused = "does not know `into`, `marked`, `boxes`; nearest to that, it knows `into (two) (marked) trays`"
+    refused = "does not know `into`, `marked`, `boxes`; nearest to that is `into (two) (marked) trays`"
     with pytest.raises(InstructionError) as refusal:
         meaning("sort the bolts into marked boxes")
     assert refused in str(refusal.value)
