@@ -160,6 +160,12 @@ SIDES = {"middle": 0.0, "left": 0.12, "right": -0.12}
 ON_STAND, BESIDE_SPOT = 0.02, 0.01
 """Least height over the stand of what is in the way there, and distance that it keeps from the object, m."""
 
+DELIVERY = ("delivery_offset", "delivery_yaw", "delivery_free_across", "delivery_taken")
+"""Variables of where there is room to put the object down."""
+
+REMEMBERED = ("stand_lift", "object_lying", "object_scale")
+"""Values that a picture need not show again for the room that the object needs on the other stand."""
+
 MAX_AGE = 30.0
 """Greatest age of a picture that still says where the object is, s."""
 
@@ -299,7 +305,8 @@ def find_object(view: View) -> Perception:
                         continue
                     seen_above = found["object_position"]
                 else:
-                    found = _look(picture, kind, name == "mast", stands, view.readings)
+                    given = {**view.readings, **_remembered(known)}
+                    found = _look(picture, kind, name == "mast", stands, given)
                     if found["object_seen"] == (True,):
                         seen_above = None
                     elif name == "mast" and seen_above is not None and not _shows(picture, seen_above[0]):
@@ -320,6 +327,11 @@ def find_object(view: View) -> Perception:
                 known |= _searched(looked, picture.time, stands)
             newest = max(picture.time for picture in view.pictures.values())
         view = yield known.copy()
+
+
+def _remembered(known: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what earlier pictures showed of the object and of the other stand."""
+    return {name: known[name].value for name in REMEMBERED if known.get(name) is not None}
 
 
 def _farther_aside(
@@ -479,10 +491,16 @@ def _look(
     """
     points, belongs = picture.points(), _place(given)
     mask = _find_kind(picture, points, kind, stands, given)
-    lift = None if belongs is None or not is_mast else _stand_lift(points[~mask], belongs)
-    values: dict[str, tuple[Any, ...] | None] = {} if lift is None else {"stand_lift": (lift, UNCERTAINTY)}
+    values: dict[str, tuple[Any, ...] | None] = {}
     if belongs is not None and is_mast:
-        values |= _room_to_put(points[~mask & _is_off_robot(points, given)], kind, belongs, given)
+        x, y, surveyed = belongs
+        height = _stand_height(points[~mask], belongs)
+        if height is None:
+            height = surveyed + given.get("stand_lift", 0.0)
+        else:
+            values["stand_lift"] = (believe_height(height, surveyed, UNNOTICED) - surveyed, UNCERTAINTY)
+        others = points[~mask & _is_off_robot(points, given)]
+        values |= _room_to_put(others, kind, (x, y, height), given)
     if int(mask.sum()) < MIN_PIXELS:
         return values | {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
     found, support = _locate(points[mask], points[~mask], kind)
@@ -525,27 +543,35 @@ def _look(
 def _room_to_put(
     points: Points, kind: Kind, middle: Place, given: Mapping[str, Any]
 ) -> dict[str, tuple[Any, ...] | None]:
-    """Return the first spot on the stand with room for the object and a hand, by `points` (n, 3) of the rest.
+    """Return the first spot on the stand with room for the object and a hand.
 
     All is unknown if the picture does not show a spot before it: the hand may hide it.
+
+    Args:
+        points: of the picture, without the object and the robot (n, 3).
+        kind: of the object.
+        middle: of the stand's top, as high as the picture shows it.
+        given: readings, and what earlier pictures showed.
+
+    Returns:
+        Value and uncertainty of each variable, by name; None where it is unknown.
     """
     x, y, z = middle
-    z += given.get("stand_lift", 0.0)
     is_lying = given.get("object_lying") is True
-    top = z + given.get("object_scale", 1.0) * (kind.lying_height if is_lying else kind.height)
-    half = kind.height / 2.0 if is_lying else hypot(*kind.sides) / 2.0
+    scale = given.get("object_scale", 1.0)
+    top = z + scale * (kind.lying_height if is_lying else kind.height)
+    half = scale * (kind.height if is_lying else hypot(*kind.sides)) / 2.0
     on_stand = points[points[:, 2] > z - STAND_WITHIN]
     beside = on_stand[on_stand[:, 2] > z + ON_STAND]
     higher = on_stand[on_stand[:, 2] > top + HAND_CLEARANCE]
-    is_shown = True
+    unknown: dict[str, tuple[Any, ...] | None] = dict.fromkeys(DELIVERY)
     for offset in _offsets(given):
         spot = (x, y + offset, z)
         above = np.hypot(beside[:, 0] - spot[0], beside[:, 1] - spot[1]) < half + BESIDE_SPOT
         if int(above.sum()) >= MIN_HIT:
             continue
-        is_shown &= _shows_spot(on_stand[on_stand[:, 2] < z + ON_STAND], spot, half)
-        if not is_shown:
-            break
+        if not _shows_spot(on_stand[on_stand[:, 2] < z + ON_STAND], spot, half):
+            return unknown
         yaws = [
             yaw
             for yaw in GRIP_HEADINGS
@@ -558,8 +584,7 @@ def _room_to_put(
                 "delivery_free_across": (len(yaws) > 1,),
                 "delivery_taken": (False,),
             }
-    unknown = dict.fromkeys(("delivery_offset", "delivery_yaw", "delivery_free_across", "delivery_taken"))
-    return {**unknown, "delivery_taken": (True,)} if is_shown else {**unknown}
+    return {**unknown, "delivery_taken": (True,)}
 
 
 def _shows_spot(points: Points, spot: Place, half: float) -> bool:
@@ -715,14 +740,14 @@ def _support(points: Points, place: Place, below: float) -> float | None:
     return float(np.median(heights[(heights <= last) & (heights >= last - SUPPORT_BIN)]))
 
 
-def _stand_lift(points: Points, belongs: Place) -> float | None:
-    """Return how much higher than surveyed the stand is where the object belongs; None if it is not seen."""
+def _stand_height(points: Points, belongs: Place) -> float | None:
+    """Return the height of the stand to which the object belongs, as points show it; None if none do."""
     x, y, z = belongs
     on_stand = (np.abs(points[:, 0] - x) < STAND_HALF[0]) & (np.abs(points[:, 1] - y) < STAND_HALF[1])
     heights = points[on_stand & (np.abs(points[:, 2] - z) < STAND_WITHIN)][:, 2]
     if len(heights) < 4 * MIN_PIXELS:
         return None
-    return believe_height(float(np.median(heights)), z, UNNOTICED) - z
+    return float(np.median(heights))
 
 
 def _searched(looked: Mapping[tuple[int, int], float], time: float, stands: Points) -> dict[str, Any]:

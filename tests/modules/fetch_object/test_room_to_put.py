@@ -11,7 +11,7 @@ import pytest
 
 from aeros.skill import Action
 from tests.modules.looking import GREY, Top, Watched, draw
-from tests.modules.test_fetch_object import ABOVE, STANDING, SURVEY, WANTED
+from tests.modules.test_fetch_object import ABOVE, STANDING, SURVEY, WANTED, lying
 
 MIDDLE = (0.6, 0.1, 0.04)
 """Surveyed for the middle of an object of 8 cm: the stand's top is the ground of these pictures, z = 0."""
@@ -60,6 +60,22 @@ def test_the_object_itself_does_not_take_its_place() -> None:
 @pytest.mark.parametrize("y", [0.83, 1.5])
 def test_a_place_that_the_picture_does_not_show_whole_is_unknown(y: float) -> None:
     assert room(middle=(0.6, y, 0.04)) == (None, None, None, None)
+
+
+@pytest.mark.parametrize("lift", [-0.03, -0.02, 0.01, 0.02, 0.03])
+def test_room_is_found_on_a_stand_that_is_higher_or_lower_than_surveyed(lift: float) -> None:
+    middle = (*MIDDLE[:2], MIDDLE[2] - lift)
+    assert room(middle=middle) == (0.0, 0.0, True, False)
+    assert room(thing(0.0), to="middle", middle=middle)[3] is True
+
+
+def test_an_object_that_lay_needs_more_room() -> None:
+    near = thing(0.066)
+    places = {**WANTED, **SURVEY, "to": "middle", "delivery_position": MIDDLE}
+    for seen, is_taken in ((STANDING, False), (lying(0.0), True)):
+        watched = Watched("fetch_object", "find_object", places)
+        watched.see(0.0, draw(ABOVE, (seen,), name="mast"))
+        assert watched.see(1.0, draw(ABOVE, (near,), time=1.0, name="mast"))["delivery_taken"] is is_taken
 
 
 def headings(**observed: Any) -> tuple[float, ...]:
