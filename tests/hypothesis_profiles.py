@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from hypothesis import HealthCheck, settings
 
-PROFILES: Final = {"ci": 0.5, "nightly": 25}
+PROFILES: Final = {"ci": 0.75, "nightly": 25}
 """Factor by which each profile multiplies the number of examples, dimensionless."""
 
 PROFILE: Final = os.environ.get("AEROS_HYPOTHESIS", "ci")

@@ -295,12 +295,12 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     if "delivery_taken" not in observed:
         observed = yield from _look(observed, pace)
     for _ in range(LOOKS_FOR_ROOM):
-        if observed.get("delivery_taken") is not True:
+        if observed.get("delivery_taken") is False:
             break
         observed = yield act("look", camera="mast")
     if "object_place" not in observed or "object_grip_height" not in observed:
         return
-    if observed.get("delivery_taken") is True:
+    if observed.get("delivery_taken") is not False:
         return
     place, grip_height = observed["object_place"], observed["object_grip_height"]
     puts = (_put(place, grip_height, yaw, pace) for yaw in _headings_to_put(observed))

@@ -41,7 +41,7 @@ def test_a_checkpoint_of_version_2_gets_the_report_that_it_lacks() -> None:
     assert not rewrite(path, new.text, formats.CHECKPOINT).is_changed
 
 
-_NEWER: Final = {"is_stop", "part_starts"}
+_NEWER: Final = {"is_stop", "is_exhausted", "part_starts"}
 """Fields that have a default, so that a checkpoint without them is read as it is."""
 
 
