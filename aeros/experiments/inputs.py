@@ -180,6 +180,6 @@ def _source_files(path: Path) -> Iterator[Path]:
     if path.is_file():
         yield path
         return
-    for here, folders, names in os.walk(path):
-        folders[:] = [one for one in folders if one != "__pycache__"]
-        yield from (Path(here) / name for name in names)
+    for here, _, names in os.walk(path):
+        if Path(here).name != "__pycache__":
+            yield from (Path(here) / name for name in names)

@@ -88,6 +88,7 @@ def test_caches_are_no_source(tmp_path: Path) -> None:
         path.touch()
     assert sorted(str(one.relative_to(tmp_path)) for one in _source_files(tmp_path)) == ["a.py", "deep/b.py"]
     assert list(_source_files(tmp_path / "a.py")) == [tmp_path / "a.py"]
+    assert list(_source_files(tmp_path / "__pycache__")) == []  # each folder beside it is given by itself
 
 
 def test_code_that_shows_or_asks_decides_no_finding(monkeypatch: pytest.MonkeyPatch) -> None:
