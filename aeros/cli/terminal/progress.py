@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Final, TextIO
+from typing import IO, TYPE_CHECKING, Final, TextIO, cast
 
 from aeros.cli.terminal.streams import (
     begin_progress,
@@ -120,7 +120,7 @@ def _start(text: str, done: int, total: int | None, start_time: float) -> tuple[
             return False
 
     console = VisibleCursorConsole(
-        file=_ErrorTerminal(sys.stderr),  # type: ignore[arg-type]
+        file=cast("IO[str]", _ErrorTerminal(sys.stderr)),  # all of a stream that rich uses
         force_terminal=True,
         color_system="standard" if shows_colour(sys.stderr) else None,
         width=screen_width(sys.stderr),
