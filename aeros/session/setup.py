@@ -12,6 +12,12 @@ from typing import Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.refusals import (
+    AmbiguousInstructionError,
+    InactiveTaskError,
+    InstructionError,
+    NothingAskedError,
+)
 from aeros.agent.instructions.understand import understand
 from aeros.agent.world.values import to_exact
 from aeros.files import make_private_folder
@@ -197,9 +203,20 @@ def understand_instruction(
         The tasks that it asks for, in order.
 
     Raises:
+        NearlyUnderstoodError: It is not understood, but without a phrase of it.
         InstructionError: A part is not understood; the message says if an inactive module has the task.
     """
-    return understand(instruction, configuration.modules, governor.inactive_modules)
+    try:
+        return understand(instruction, configuration.modules, governor.inactive_modules)
+    except (AmbiguousInstructionError, InactiveTaskError, NothingAskedError):
+        raise
+    except InstructionError as refusal:
+        from aeros.agent.reading.nearest import NearlyUnderstoodError, nearest_reading
+
+        nearest = nearest_reading(instruction, configuration.modules)
+        if nearest is None:
+            raise
+        raise NearlyUnderstoodError(refusal, nearest) from refusal
 
 
 def declared_start(site: Site, task: Task | None, modules: Iterable[Ecm]) -> dict[str, Value]:

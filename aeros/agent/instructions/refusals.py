@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 from typing import Final
 
 from aeros.agent.errors import AgentError
@@ -32,6 +33,10 @@ class InstructionError(AgentError):
 
 class NothingAskedError(InstructionError):
     """An instruction that is understood and moves nothing: it only prohibits, or contradicts itself."""
+
+
+class InactiveTaskError(InstructionError):
+    """An instruction that only modules understand which are not active."""
 
 
 class AmbiguousInstructionError(InstructionError):
@@ -151,6 +156,15 @@ def _nearest_extra(coverage: Coverage) -> str:
     return best
 
 
+@lru_cache(maxsize=1024)
+def _closest(word: str, known: Words) -> list[str]:
+    """Return the known phrase that is closest to a word, if one is close.
+
+    A reader of refused instructions tries many texts with the same words.
+    """
+    return difflib.get_close_matches(word, known, n=1)
+
+
 def _suggestion(words: Words, coverages: Sequence[Coverage]) -> str:
     declared = {
         " ".join(phrase): one.entry.routed
@@ -160,6 +174,7 @@ def _suggestion(words: Words, coverages: Sequence[Coverage]) -> str:
     if not declared:
         return "no task is installed"
     # An instruction may be any text at all, and difflib is quadratic.
-    close = [near for word in words[:50] for near in difflib.get_close_matches(word[:64], declared, n=1)]
+    known = tuple(declared)
+    close = [near for word in words[:50] for near in _closest(word[:64], known)]
     shown = dict.fromkeys(close or sorted(declared))
     return "nearest: " + ", ".join(f"`{word}` ({declared[word]})" for word in list(shown)[:8])

@@ -43,6 +43,7 @@ from aeros.agent.instructions.refinements import (
 )
 from aeros.agent.instructions.refusals import (
     AmbiguousInstructionError,
+    InactiveTaskError,
     InstructionError,
     NothingAskedError,
     ambiguous_tasks,
@@ -75,6 +76,7 @@ def understand(
 
     Raises:
         AmbiguousInstructionError: a request may mean several tasks.
+        InactiveTaskError: only modules understand it that are not active.
         InstructionError: a part is not understood, prohibits what another part asks for, or asks for nothing.
     """
     tasks = task_phrases(modules)
@@ -153,7 +155,7 @@ def _with_inactive(
     except InstructionError:
         return refusal
     means = ", ".join(f"`{routed}` (`aeros activate {routed.module}`)" for routed in found)
-    return InstructionError(f"no active module provides {quoted(instruction)}; installed is {means}")
+    return InactiveTaskError(f"no active module provides {quoted(instruction)}; installed is {means}")
 
 
 def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding:
