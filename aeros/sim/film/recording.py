@@ -14,6 +14,7 @@ from math import ceil, hypot
 from pathlib import Path
 from typing import Any, Final
 
+from aeros.kinematic_chain import Row
 from aeros.sim.engine.people import PersonFigure
 from aeros.sim.geometry import Camera, Pose, Vector3, camera_axes
 from aeros.sim.pictures.visual_shapes import SHAPE_KINDS, VisualShape
@@ -75,7 +76,7 @@ class RobotFigure:
 
     Attributes:
         name: name of the robot.
-        rows: modified Denavit-Hartenberg parameters of each joint (m, rad, m).
+        rows: modified Denavit-Hartenberg parameters of each joint (m, rad, m, and rad if there is a fourth).
         hulls: of each link its name, number of the joint that moves it, and corners in that joint's frame, m.
         flange: distance of the hand from the last joint's frame, m.
         turn: angle by which the hand is mounted turned, rad.
@@ -86,7 +87,7 @@ class RobotFigure:
     """
 
     name: str
-    rows: tuple[Vector3, ...]
+    rows: tuple[Row, ...]
     hulls: tuple[tuple[str, int, tuple[Vector3, ...]], ...]
     flange: float
     turn: float
@@ -318,7 +319,7 @@ def _stage(content: Mapping[str, Any]) -> Stage:
         _camera(content["view"]),
         RobotFigure(
             _text(robot["name"]),
-            tuple(_vector(row) for row in robot["rows"]),
+            tuple(_row(row) for row in robot["rows"]),
             tuple(_hull(one, len(robot["rows"])) for one in robot["hulls"]),
             flange,
             turn,
@@ -445,6 +446,14 @@ def _pose(content: Sequence[Any]) -> Pose:
 def _vector(content: Iterable[Any], least: float = -_GREATEST, most: float = _GREATEST) -> Vector3:
     x, y, z = _numbers(content, 3, least, most)
     return (x, y, z)
+
+
+def _row(content: Iterable[Any]) -> Row:
+    numbers = [*_numbers(content)]
+    if len(numbers) == 4:
+        a, alpha, d, zero = numbers
+        return (a, alpha, d, zero)
+    return _vector(numbers)
 
 
 def _pair(content: Iterable[Any]) -> tuple[float, float]:

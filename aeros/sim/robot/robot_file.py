@@ -13,6 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from aeros.kinematic_chain import Row
 from aeros.runtime.ports import Hull, RobotBody, Vec3
 from aeros.sim.robot.body import Capsule, enclosing_balls
 from aeros.sim.robot.kinematics import forward_kinematics
@@ -194,7 +195,7 @@ class _RobotReader:
         )
         hulls, exempt = self._hulls()
         body = RobotBody(
-            tuple((_float(row.length), _float(row.twist), _float(row.offset)) for row in file.chain),
+            tuple(_row(row) for row in file.chain),
             (0.0, 0.0, mount.flange + mount.tool),
             tuple(ball for capsule in capsules for ball in enclosing_balls(capsule)),
             hulls,
@@ -382,6 +383,12 @@ def _check_ready_posture(model: RobotModel, file: declared.Robot, diagnostics: D
             span,
             help=("correct the posture, the chain, or `turn` of the hand",),
         )
+
+
+def _row(declared_row: declared.ChainRow) -> Row:
+    length, twist, offset = map(_float, (declared_row.length, declared_row.twist, declared_row.offset))
+    zero = 0.0 if declared_row.zero is None else _float(declared_row.zero)
+    return (length, twist, offset, zero) if zero else (length, twist, offset)
 
 
 def _float(number: NumberField) -> float:

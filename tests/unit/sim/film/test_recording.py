@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -25,6 +26,14 @@ def test_a_recording_is_read_as_it_was_written(tmp_path: Path) -> None:
     read = read_recording(written(tmp_path / "poses.jsonl"))
     assert read.stage == STAGE
     assert read.samples == samples(4)
+
+
+def test_a_joint_that_counts_from_elsewhere_is_kept(tmp_path: Path) -> None:
+    *rows, last = STAGE.robot.rows
+    stage = replace(STAGE, robot=replace(STAGE.robot, rows=(*rows, (*last[:3], 0.25))))
+    path = tmp_path / "poses.jsonl"
+    path.write_text(encode_stage(stage) + encode_sample(samples(1)[0], None), encoding="utf-8")
+    assert read_recording(path).stage == stage
 
 
 def test_a_line_has_only_what_differs() -> None:

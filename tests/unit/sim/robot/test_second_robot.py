@@ -23,7 +23,7 @@ from aeros.spec.elaborate.load import load_site
 from tests.modules.robot import Robot
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.ground_truth import is_done
-from tools.fit_robot import read_mesh
+from tools.urdf_shapes import read_mesh
 
 ARM = read_robot("kuka_iiwa14")
 FOLDER = Path(DATA) / "kuka_iiwa"
