@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import cache
@@ -124,9 +125,10 @@ def robot_of(site: Site) -> RobotModel:
     excesses = [] if site.robot is None or site.motion is None else list(_excesses(site.motion, robot))
     if excesses:
         help_ = (f"keep `motion` of the site inside the limits of `{robot.name}`, or name another `robot`",)
-        source, start = site.span.source, site.span.start
-        first_line = SpanLabel(source.span(start, start + len(site.span.text.partition("\n")[0])))
-        raise UserError([Diagnostic("AE208", text, first_line, help=help_) for text in excesses])
+        line = re.search(r"^robot:[^\n]*", site.span.source.text, re.MULTILINE)
+        start, end = (0, 0) if line is None else line.span()
+        named = SpanLabel(site.span.source.span(start, end))
+        raise UserError([Diagnostic("AE208", text, named, help=help_) for text in excesses])
     return robot
 
 

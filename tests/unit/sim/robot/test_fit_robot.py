@@ -10,6 +10,7 @@ import pytest
 
 from aeros.kinematic_chain import frames_of, mounting_of, zero_angle
 from aeros.sim.bullet.client import DATA, bullet
+from tools.fit_link_hulls import Points
 from tools.fit_robot import Joint, denavit_hartenberg, main, read_chain, ready_posture
 from tools.urdf_shapes import find_mesh, link_vertices, read_urdf
 
@@ -22,9 +23,7 @@ _BOX = """\
 """
 
 
-def _tips(
-    path: Path, joints: list[Joint], q: list[float]
-) -> list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
+def _tips(path: Path, joints: list[Joint], q: list[float]) -> list[Points]:
     """Place of each URDF link, as PyBullet has it: (4, 4)."""
     client = bullet.connect(bullet.DIRECT)
     body = bullet.loadURDF(str(path), useFixedBase=True, physicsClientId=client)
@@ -37,7 +36,7 @@ def _tips(
         bullet.resetJointState(body, number, angle, physicsClientId=client)
     found = []
     for state in bullet.getLinkStates(body, moved, computeForwardKinematics=1, physicsClientId=client):
-        pose = np.eye(4)
+        pose: Points = np.eye(4)
         pose[:3, :3] = np.array(bullet.getMatrixFromQuaternion(state[5])).reshape(3, 3)
         pose[:3, 3] = state[4]
         found.append(pose)
@@ -52,7 +51,7 @@ def test_the_chain_is_that_of_the_urdf_in_any_posture(path: Path) -> None:
     q = np.linspace(-0.9, 1.1, len(rows)).tolist()
     frames = frames_of([mounting_of(row) for row in rows], q)[1:]
     for frame, offset, expected in zip(frames, offsets, _tips(path, joints, q), strict=True):
-        pose = np.eye(4)
+        pose: Points = np.eye(4)
         pose[:3, :] = np.array([frame.x, frame.y, frame.z, frame.origin]).T
         assert pose @ offset == pytest.approx(expected, abs=2e-5)
 
