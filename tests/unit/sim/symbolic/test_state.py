@@ -27,6 +27,7 @@ from tests.unit.runtime.conftest import declare
 JOINTS = EnumType("joints", tuple(f"j{number}" for number in range(1, 8)))
 CELLS = EnumType("cells", ("a", "b"))
 METRES = RealType(LENGTH)
+SITES = sorted((ROOT / "aeros" / "sites").glob("*.yaml"))
 
 
 def state(name: str, type_: Type, low: str | None = "-10", high: str = "10") -> Declared:
