@@ -12,12 +12,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import combinations
-from math import cos, sin
+from math import asin, atan2, cos, sin
 from typing import Final, NamedTuple, Protocol, TypeVar
 
 Triple = tuple[float, float, float]
-Row = tuple[float, float, float]
-"""Modified Denavit-Hartenberg parameters of a joint: a (m), alpha (rad), d (m)."""
+Row = tuple[float, float, float] | tuple[float, float, float, float]
+"""Modified Denavit-Hartenberg parameters of a joint: a (m), alpha (rad), d (m); theta at position 0 (rad).
+
+Without the fourth, theta is the joint's position.
+"""
 
 
 class JointFrame(NamedTuple):
@@ -77,25 +80,60 @@ ORIGIN: Final = JointFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0
 """Frame of the base itself."""
 
 
-Mounting = tuple[float, float, float, float, float]
-"""Mounting of a joint on the link before it: the part of its transform that its angle does not change.
+_GIMBAL_LOCK: Final = 1e-6
+"""Cosine of the pitch below which roll and yaw turn about the same axis."""
 
-The joint's origin in the frame before it (x, y, z in m), and the cosine and sine of the twist alpha.
+Mounting = tuple[float, float, float, float, float, float]
+"""Mounting of a joint on the link before it: the part of its transform that its position does not change.
+
+The joint's origin in the frame before it (x, y, z in m), the cosine and sine of the twist alpha, and theta at
+position 0 (rad).
 """
 
 
 def mounting_of(row: Row) -> Mounting:
-    """Compute the constants of a joint's transform Rx(alpha)·Tx(a)·Rz(angle)·Tz(d).
+    """Compute the constants of a joint's transform Rx(alpha)·Tx(a)·Rz(position + zero)·Tz(d).
 
     Args:
-        row: the joint's modified Denavit-Hartenberg parameters: a (m), alpha (rad), d (m).
+        row: the joint's modified Denavit-Hartenberg parameters.
 
     Returns:
-        The part of the transform that does not depend on the joint's angle.
+        The part of the transform that does not depend on the joint's position.
     """
-    a, alpha, d = row
+    a, alpha, d, *_ = row
     cos_twist, sin_twist = cos(alpha), sin(alpha)
-    return (a, -sin_twist * d, cos_twist * d, cos_twist, sin_twist)
+    return (a, -sin_twist * d, cos_twist * d, cos_twist, sin_twist, zero_angle(row))
+
+
+def zero_angle(row: Row) -> float:
+    """Return the angle theta of a joint at its position 0.
+
+    Args:
+        row: the joint's modified Denavit-Hartenberg parameters.
+
+    Returns:
+        The angle, rad.
+    """
+    return row[3] if len(row) == 4 else 0.0
+
+
+def roll_pitch_yaw(row: Row) -> Triple:
+    """Compute the turn of a joint's frame at position 0 as URDF writes it: Rz(yaw)·Ry(pitch)·Rx(roll).
+
+    Args:
+        row: the joint's modified Denavit-Hartenberg parameters.
+
+    Returns:
+        Roll, pitch and yaw, rad.
+    """
+    alpha, zero = row[1], zero_angle(row)
+    if not zero:
+        return (alpha, 0.0, 0.0)
+    c, s, ct, st = cos(zero), sin(zero), cos(alpha), sin(alpha)
+    pitch = -asin(max(-1.0, min(1.0, st * s)))
+    if cos(pitch) < _GIMBAL_LOCK:
+        return (atan2(st, ct * c), pitch, 0.0)
+    return (atan2(st * c, ct), pitch, atan2(ct * s, c))
 
 
 def child_frame(frame: JointFrame, mounting: Mounting, angle: float) -> JointFrame:
@@ -112,8 +150,9 @@ def child_frame(frame: JointFrame, mounting: Mounting, angle: float) -> JointFra
         The joint's frame in B.
     """
     (ox, oy, oz), (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = frame
-    a, b, e, ct, st = mounting
-    c, s = cos(angle), sin(angle)
+    a, b, e, ct, st, zero = mounting
+    turn = angle + zero
+    c, s = cos(turn), sin(turn)
     sct, sst, cct, cst = s * ct, s * st, c * ct, c * st
     return JointFrame(
         (

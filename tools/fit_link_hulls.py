@@ -24,13 +24,14 @@ import numpy as np
 from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 
+from aeros.kinematic_chain import Row
 from aeros.runtime.motion.link_distance import HullPair, PostureRange, hull_pairs
 from aeros.runtime.ports import Hull, RobotBody
 from aeros.sim.bullet.client import DATA
 from aeros.sim.robot.robot_file import reference_robot
 
 Points = np.ndarray[Any, np.dtype[np.float64]]
-Rows = tuple[tuple[float, float, float], ...]
+Rows = tuple[Row, ...]
 
 _OUTPUT: Final = Path(__file__).parent.parent / "aeros" / "robots" / "panda_hulls.json"
 

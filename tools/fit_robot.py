@@ -1,38 +1,49 @@
-"""Make the parts of a robot file that come from a URDF: chain, masses, capsules and hulls.
+"""Make the parts of a robot file that come from a URDF: chain, masses, a ready posture, capsules and hulls.
 
     .venv/bin/python -m tools.fit_robot URDF NAME FLANGE TURN [ADAPTER]
 
-FLANGE is the distance of the hand from the last joint's frame along its axis, m; TURN the angle by which it
-is mounted turned about that axis, rad; ADAPTER the length of what holds it, m: a cylinder of 40 mm radius
-below the hand, which the last link is given. It prints `chain`, `links` and `capsules` of the robot file,
-and writes `NAME_hulls.json` into the current folder.
+It prints `chain`, `ready`, `links` and `capsules` of the robot file, and writes `NAME_hulls.json` into the
+current folder.
 
-The URDF has one chain of revolute joints without branches. Modified Denavit-Hartenberg parameters with the
-zero posture of the URDF need every axis of that posture to be normal to the base's x; another URDF is
-refused: turn its base link.
+The URDF has one chain of revolute joints without branches. Its modified Denavit-Hartenberg parameters have
+the zero posture of the URDF: a row whose x is not the link's there gets a `zero`. The base's frame is that of
+the URDF, so the first axis has to be normal to its x; another URDF is refused: turn its base link.
 """
 
 from __future__ import annotations
 
-import struct
-import sys
-from math import atan2, cos, pi, sin
+from argparse import ArgumentParser, Namespace
+from math import atan2, copysign, cos, hypot, pi, sin
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import least_squares, minimize
 
+from aeros.kinematic_chain import Row, frames_of, mounting_of, zero_angle
 from aeros.runtime.ports import Hull
 from aeros.sim.robot.robot_file import reference_robot
 from tools.fit_link_hulls import Points, Rows, fit_hull, write_hulls
 from tools.fit_link_hulls import mesh_vertices as hand_vertices
+from tools.urdf_shapes import floats_of, link_vertices, pose_of, read_urdf, transform
 
 _TOLERANCE: Final = 1e-6
 
+_PARALLEL: Final = 2e-5
+"""Angle below which two axes count as parallel, rad: URDF files round pi to 3.1416."""
+
 _ADAPTER_RADIUS: Final = 0.04
 """Radius of what holds the hand, m."""
+
+_READY_PLACES: Final = ((0.45, 0.4), (0.35, 0.4), (0.3, 0.3), (0.6, 0.5))
+"""Places of the tool in the ready posture, ahead and up, m; the first that the arm reaches is taken."""
+
+_TRIES: Final = 30
+"""Postures from which the ready posture is looked for."""
+
+_ROOM: Final = 0.05
+"""Room of the ready posture inside the limits, rad."""
 
 _MARGIN: Final = 0.0005
 """Room of a capsule around its link, m: its numbers are rounded to 0.1 mm."""
@@ -82,8 +93,8 @@ def read_chain(root: ElementTree.Element) -> tuple[str, list[Joint]]:
         joints.append(
             Joint(
                 link,
-                _pose_of(one.find("origin")),
-                np.array([1.0, 0.0, 0.0] if axis is None else _floats(axis.get("xyz", ""))),
+                pose_of(one.find("origin")),
+                np.array([1.0, 0.0, 0.0] if axis is None else floats_of(axis.get("xyz", ""))),
                 -pi if limit is None else float(limit.get("lower", -pi)),
                 pi if limit is None else float(limit.get("upper", pi)),
             )
@@ -94,6 +105,9 @@ def read_chain(root: ElementTree.Element) -> tuple[str, list[Joint]]:
 def denavit_hartenberg(joints: list[Joint]) -> tuple[Rows, list[Points]]:
     """Convert a chain to modified Denavit-Hartenberg parameters with the same zero posture.
 
+    The x of a frame has to be normal to the next axis and to meet it. If it does not in the zero posture, the
+    frame is turned about its own axis, which is the `zero` of its row.
+
     Args:
         joints: the joints.
 
@@ -101,102 +115,76 @@ def denavit_hartenberg(joints: list[Joint]) -> tuple[Rows, list[Points]]:
         The rows, and the pose of each URDF frame in the frame of the row (4, 4).
 
     Raises:
-        SystemExit: an axis is not normal to the base's x, or two parallel axes are apart along their normal.
+        SystemExit: the first axis is not normal to the base's x, or does not meet the base's x or z.
     """
-    rows: list[tuple[float, float, float]] = []
-    offsets: list[Points] = []
+    rows: list[tuple[float, float, float, float]] = []
     urdf, row_frame = np.eye(4), np.eye(4)
-    frames: list[Points] = []
-    for number, joint in enumerate(joints, 1):
+    for joint in joints:
         urdf = urdf @ joint.place
-        axis = row_frame[:3, :3].T @ (urdf[:3, :3] @ joint.axis)
-        if abs(axis[0]) > _TOLERANCE:
+        turn, length, twist, offset, shift = _next_row(row_frame, urdf[:3, :3] @ joint.axis, urdf[:3, 3])
+        if not rows and (abs(turn) > _TOLERANCE or abs(shift) > _TOLERANCE):
             raise SystemExit(
-                f"the axis of joint {number} is not normal to the base's x at zero; turn the base link"
+                "the axis of joint 1 is not normal to the base's x, or passes beside it; turn or move the "
+                "frame of the base link"
             )
-        twist = atan2(-axis[1], axis[2])
-        x, y, z = (row_frame[:3, :3].T @ (urdf[:3, 3] - row_frame[:3, 3])).tolist()
-        if abs(sin(twist)) > _TOLERANCE:
-            offset, shift = -y / sin(twist), z - cos(twist) * (-y / sin(twist))
-        elif abs(y) < _TOLERANCE:
-            offset, shift = z * cos(twist), 0.0
-        else:
-            raise SystemExit(
-                f"joint {number} is parallel to the joint before, and not along its x; turn the base link"
-            )
-        if rows and abs(shift) > _TOLERANCE:
-            length, before, along = rows[-1]
-            rows[-1] = (length, before, along + shift)
-        elif abs(shift) > _TOLERANCE:
-            raise SystemExit("the first joint does not turn about the base's z; turn the base link")
-        rows.append((x, twist, offset))
-        frames = _frames(tuple(rows))
-        row_frame = frames[-1]
-    urdf = np.eye(4)
-    for joint, frame in zip(joints, frames, strict=True):
+        if rows:
+            before = rows[-1]
+            rows[-1] = (before[0], before[1], before[2] + shift, before[3] + turn)
+        rows.append((length, twist, offset, 0.0))
+        row_frame = _frames(tuple(rows))[-1]
+    urdf, offsets = np.eye(4), []
+    for joint, frame in zip(joints, _frames(tuple(rows)), strict=True):
         urdf = urdf @ joint.place
         offsets.append(np.linalg.inv(frame) @ urdf)
-    rounded = tuple((round(a, 9) + 0.0, alpha, round(d, 9) + 0.0) for a, alpha, d in rows)
-    return rounded, offsets
+    return tuple(_rounded(row) for row in rows), offsets
+
+
+def _next_row(frame: Points, axis: Points, point: Points) -> tuple[float, float, float, float, float]:
+    """Lead from a frame to the next axis.
+
+    Args:
+        frame: pose of the frame (4, 4), m; it may be turned about its z and moved along it.
+        axis: direction of the next axis (3,).
+        point: a point of the next axis (3,), m.
+
+    Returns:
+        The turn about the frame's z, rad; a (m), alpha (rad) and d (m) from the turned frame; and the way
+        along the frame's z, m.
+    """
+    ux, uy, uz = (frame[:3, :3].T @ axis).tolist()
+    x, y, z = (frame[:3, :3].T @ (point - frame[:3, 3])).tolist()
+    is_parallel = hypot(ux, uy) < _PARALLEL
+    # The direction of the common normal, or of the way between parallel axes.
+    nx, ny = (x, y) if is_parallel else (-uy, ux)
+    turn = atan2(ny, nx) if hypot(nx, ny) > _TOLERANCE else 0.0
+    # Of both directions the nearer one; near to 90 degrees the sign is of rounding.
+    if abs(turn) > pi / 2.0 + _TOLERANCE:
+        turn -= copysign(pi, turn)
+    if abs(turn) < _TOLERANCE:
+        turn = 0.0
+    c, s = cos(turn), sin(turn)
+    x, y, uy = c * x + s * y, c * y - s * x, c * uy - s * ux
+    if is_parallel:
+        return (turn, x, 0.0 if uz > 0.0 else pi, z if uz > 0.0 else -z, 0.0)
+    twist = atan2(-uy, uz)
+    offset = -y / sin(twist)
+    return (turn, x, twist, offset, z - cos(twist) * offset)
+
+
+def _rounded(row: Row) -> Row:
+    length, twist, offset, zero = row[0], row[1], row[2], zero_angle(row)
+    a, d = round(length, 9) + 0.0, round(offset, 9) + 0.0
+    return (a, twist, d, zero) if zero else (a, twist, d)
 
 
 def _frames(rows: Rows) -> list[Points]:
-    frames, frame = [], np.eye(4)
-    for length, twist, offset in rows:
-        c, s = cos(twist), sin(twist)
-        step = np.array([[1.0, 0, 0, length], [0, c, -s, -s * offset], [0, s, c, c * offset], [0, 0, 0, 1.0]])
-        frame = frame @ step
-        frames.append(frame)
+    """Compute the pose of each row's frame in the zero posture (4, 4)."""
+    frames = []
+    for frame in frames_of(map(mounting_of, rows), [0.0] * len(rows))[1:]:
+        pose: Points = np.eye(4)
+        pose[:3, :] = np.array([frame.x, frame.y, frame.z, frame.origin]).T
+        frames.append(pose)
     return frames
-
-
-def link_vertices(link: ElementTree.Element, folder: Path) -> Points:
-    """Read the vertices of a link's meshes for collisions and for pictures.
-
-    Args:
-        link: the element `link`.
-        folder: folder of the URDF, from which the meshes' paths lead.
-
-    Returns:
-        The vertices in the link's frame (n, 3), m.
-
-    Raises:
-        SystemExit: the link has no mesh.
-    """
-    found = []
-    for shape in (*link.findall("collision"), *link.findall("visual")):
-        mesh = shape.find("geometry/mesh")
-        if mesh is None:
-            continue
-        points = read_mesh(folder / mesh.get("filename", "").removeprefix("package://"))
-        scale = np.array(_floats(mesh.get("scale", "1 1 1")))
-        found.append(_transformed(_pose_of(shape.find("origin")), points * scale))
-    if not found:
-        raise SystemExit(f"the link `{link.get('name')}` has no mesh")
-    return np.concatenate(found)
-
-
-def read_mesh(path: Path) -> Points:
-    """Read the vertices of an OBJ or STL file.
-
-    Args:
-        path: the file.
-
-    Returns:
-        The vertices (n, 3).
-    """
-    data = path.read_bytes()
-    if path.suffix.lower() == ".obj":
-        lines = data.decode().splitlines()
-        return np.array([[float(x) for x in line.split()[1:4]] for line in lines if line.startswith("v ")])
-    if data[:5] == b"solid" and b"vertex" in data[:1000]:
-        words = [
-            line.split()[1:4] for line in data.decode().splitlines() if line.strip().startswith("vertex")
-        ]
-        return np.array([[float(x) for x in word] for word in words])
-    (count,) = struct.unpack_from("<I", data, 80)
-    triangles = np.frombuffer(data, dtype=np.dtype([("f", "<f4", 12), ("a", "<u2")]), count=count, offset=84)
-    return np.asarray(triangles["f"][:, 3:].reshape(-1, 3), dtype=np.float64)
 
 
 def fit_capsule(points: Points) -> tuple[Points, Points, float]:
@@ -231,32 +219,87 @@ def fit_capsule(points: Points) -> tuple[Points, Points, float]:
                 best = found.x
     if best is None:
         raise SystemExit("a mesh has no vertices")
-    ends = best.round(3)
+    ends = best.round(3) + 0.0
     return ends[:3], ends[3:], float(np.ceil((radius_of(ends) + _MARGIN) * 1e4) / 1e4)
+
+
+def ready_posture(rows: Rows, flange: float, turn: float, lowest: Points, highest: Points) -> Points | None:
+    """Find a posture whose tool points down with its fingers closing along y of the base.
+
+    Args:
+        rows: modified Denavit-Hartenberg parameters of the chain.
+        flange: distance of the hand from the last joint's frame, m.
+        turn: angle by which the hand is mounted turned, rad.
+        lowest: lowest joint positions (joints,), rad.
+        highest: highest joint positions (joints,), rad.
+
+    Returns:
+        Of the postures found, the one farthest from the limits (joints,), rad; None if there is none.
+    """
+    mountings = [mounting_of(row) for row in rows]
+    tool, (c, s) = (0.0, 0.0, flange + reference_robot().hand.tool), (cos(turn), sin(turn))
+    random = np.random.default_rng(0)
+    inner, outer = lowest + _ROOM, highest - _ROOM
+    best: Points | None = None
+
+    def miss(q: Points, place: Points) -> Points:
+        frame = frames_of(mountings, q.tolist())[-1]
+        x, y = np.array(frame.x), np.array(frame.y)
+        axes = (c * x + s * y - (1.0, 0.0, 0.0), np.array(frame.z) - (0.0, 0.0, -1.0))
+        return np.concatenate((np.array(frame.to_base(tool)) - place, *axes))
+
+    def room(q: Points) -> float:
+        return float(np.minimum(q - lowest, highest - q).min())
+
+    for x, z in _READY_PLACES:
+        place = np.array([x, 0.0, z])
+        for _ in range(_TRIES):
+            found = least_squares(
+                miss, random.uniform(inner, outer), bounds=(inner, outer), args=(place,), xtol=1e-12
+            )
+            if float(np.abs(found.fun).max()) < _TOLERANCE and (best is None or room(found.x) > room(best)):
+                best = found.x
+        if best is not None:
+            break
+    return best
+
+
+def _arguments() -> Namespace:
+    parser = ArgumentParser(prog="python -m tools.fit_robot", description=__doc__.split(":")[0] + ".")
+    parser.add_argument("urdf", type=Path, help="the URDF of the arm")
+    parser.add_argument("name", help="id of the robot; the hulls are written to NAME_hulls.json")
+    parser.add_argument("flange", type=float, help="distance of the hand from the last joint's frame, m")
+    parser.add_argument("turn", type=float, help="turn of the hand about the last joint's axis, rad")
+    parser.add_argument(
+        "adapter", type=float, nargs="?", default=0.0, help="length of a cylinder that holds the hand, m"
+    )
+    return parser.parse_args()
 
 
 def main() -> None:
     """Print and write the parts of the robot file."""
-    path, name, flange, turn = Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), float(sys.argv[4])
-    adapter = float(sys.argv[5]) if len(sys.argv) > 5 else 0.0
-    root = ElementTree.parse(path).getroot()  # noqa: S314  a file of the user's own
+    asked = _arguments()
+    name, flange, turn = asked.name, asked.flange, asked.turn
+    root = read_urdf(asked.urdf)
     base, joints = read_chain(root)
     rows, offsets = denavit_hartenberg(joints)
     print("chain:")
-    for length, twist, offset in rows:
-        print(f"  - {{length: {length!r}, twist: {twist!r}, offset: {offset!r}}}")
+    for row in rows:
+        zero = f", zero: {zero_angle(row)!r}" if len(row) == 4 else ""
+        print(f"  - {{length: {row[0]!r}, twist: {row[1]!r}, offset: {row[2]!r}{zero}}}")
+    lowest, highest = (np.array([getattr(one, end) for one in joints]) for end in ("lowest", "highest"))
+    ready = ready_posture(rows, flange, turn, lowest, highest)
+    shown = "# none was found: try another flange or turn" if ready is None else ready.round(9).tolist()
+    print(f"ready: {shown}")
     links = {one.get("name", ""): one for one in root.findall("link")}
-    print("  links:")
+    print("links:")
     for joint, moved in zip(joints, offsets, strict=True):
         _print_mass(links[joint.child], moved)
-    shapes = {"foot": (0, link_vertices(links[base], path.parent))}
+    shapes = {"foot": (0, link_vertices(links[base], asked.urdf))}
     for number, (joint, moved) in enumerate(zip(joints, offsets, strict=True), 1):
-        shapes[f"link{number}"] = (
-            number,
-            _transformed(moved, link_vertices(links[joint.child], path.parent)),
-        )
+        shapes[f"link{number}"] = (number, transform(moved, link_vertices(links[joint.child], asked.urdf)))
     last = f"link{len(rows)}"
-    shapes[last] = (len(rows), np.concatenate((shapes[last][1], _cylinder(flange - adapter, flange))))
+    shapes[last] = (len(rows), np.concatenate((shapes[last][1], _cylinder(flange - asked.adapter, flange))))
     for part in ("hand", "fingers"):
         shapes[part] = (len(rows), _mounted(hand_vertices(part), flange, turn))
     print("capsules:")
@@ -266,7 +309,6 @@ def main() -> None:
     hulls: tuple[Hull, ...] = tuple(
         fit_hull(link, number, points) for link, (number, points) in shapes.items()
     )
-    lowest, highest = (np.array([getattr(one, end) for one in joints]) for end in ("lowest", "highest"))
     write_hulls(Path(f"{name}_hulls.json"), rows, hulls, lowest, highest)
 
 
@@ -291,7 +333,7 @@ def _print_mass(link: ElementTree.Element, moved: Points) -> None:
     if inertial is None:
         raise SystemExit(f"the link `{link.get('name')}` has no mass")
     place, mass, inertia = (
-        moved @ _pose_of(inertial.find("origin")),
+        moved @ pose_of(inertial.find("origin")),
         inertial.find("mass"),
         inertial.find("inertia"),
     )
@@ -310,30 +352,6 @@ def _print_mass(link: ElementTree.Element, moved: Points) -> None:
     print(f"    - mass: {float(mass.get('value', 0))!r}")
     print(f"      centre: {[round(float(x), 6) + 0.0 for x in place[:3, 3]]}")
     print(f"      inertia: {[round(float(x), 6) + 0.0 for x in parts]}")
-
-
-def _transformed(pose: Points, points: Points) -> Points:
-    moved: Points = points @ pose[:3, :3].T + pose[:3, 3]
-    return moved
-
-
-def _pose_of(origin: Any) -> Points:
-    pose: Points = np.eye(4)
-    if origin is None:
-        return pose
-    roll, pitch, yaw = _floats(origin.get("rpy", "0 0 0"))
-    cr, sr, cp, sp, cy, sy = cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)
-    pose[:3, :3] = [
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ]
-    pose[:3, 3] = _floats(origin.get("xyz", "0 0 0"))
-    return pose
-
-
-def _floats(text: str) -> list[float]:
-    return [float(word) for word in text.split()]
 
 
 def _link_of(joint: ElementTree.Element, end: str) -> str:

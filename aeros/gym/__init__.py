@@ -17,12 +17,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Final
 
+from aeros.distribution import install_command
+
 try:
     import gymnasium
 except ImportError as error:
-    raise ImportError(
-        f"aeros.gym needs `pip install 'aeros-robot[gym]'` ({error.name} is missing)"
-    ) from error
+    raise ImportError(f"aeros.gym needs {install_command('gym')} ({error.name} is missing)") from error
 
 from aeros.gym.environment import TaskEnvironment
 from aeros.spec.text.discovery import MANIFEST, reference_modules_path

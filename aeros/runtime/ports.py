@@ -12,6 +12,7 @@ from enum import Enum
 from math import inf
 from typing import Any, Final, NamedTuple, NewType, Protocol
 
+from aeros.kinematic_chain import Row
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.cause import Cause
@@ -202,13 +203,14 @@ class RobotBody:
 
     Attributes:
         dh_rows: a (m), alpha (rad) and d (m) of each joint: modified (Craig) Denavit–Hartenberg parameters.
+            A fourth number is theta at the joint's position 0, rad; without it theta is the position.
         tool_offset: the tool point in the frame of the last joint, m.
         balls: of all links; barriers are checked with them.
         hulls: one of each link; distances between links are checked with them. Empty if they are not known.
         exempt_pairs: names of two links each that need no check: a joint joins them, or they can never meet.
     """
 
-    dh_rows: tuple[tuple[float, float, float], ...]
+    dh_rows: tuple[Row, ...]
     tool_offset: Vec3
     balls: tuple[Ball, ...]
     hulls: tuple[Hull, ...] = ()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, closing, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Final
@@ -143,7 +143,8 @@ def load_run_scene(
         The scene of all; None on a plant without one.
 
     Raises:
-        UserError: There is no such scene, a file is no scene file, or a body overlaps another one.
+        UserError: There is no such scene, a file is no scene file, a body overlaps another one, or the site's
+            robot cannot be used.
         PlantSetupError: The plant has no obstacles.
     """
     if extra is not None and plant not in PHYSICS_PLANTS:
@@ -153,9 +154,18 @@ def load_run_scene(
     scene = scene_with(configuration, tasks, extra)
     if plant not in PLANTS:
         return scene
+    _check_robot(configuration.site)
     if len(scene.parts) > 1:
         _build(plant, configuration.site, scene, seed, sensor_setup(configuration, ideal=True)).close()
     return scene
+
+
+def _check_robot(site: Site) -> None:
+    """Read the robot of a site, so that a run with an unusable one is refused before it has a record."""
+    with suppress(ImportError):  # the plant names what is missing
+        from aeros.sim.robot.robot_file import robot_of
+
+        robot_of(site)
 
 
 def draw_scene(plant: str, scene: Scene | None, seed: int) -> RandomisedScene:

@@ -341,15 +341,19 @@ def _format_point(place: Vector3) -> str:
     return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
 
 
-def make_bullet_engine() -> Engine:
+def make_bullet_engine(substeps: int = 1) -> Engine:
     """Make an engine of PyBullet.
+
+    Args:
+        substeps: steps of the engine in a tick of 1/240 s. Control, sensors and monitor run once a tick.
 
     Returns:
         The engine, its world empty.
     """
     from aeros.sim.bullet.engine import BulletEngine
+    from aeros.sim.bullet.world import PhysicsWorld
 
-    return BulletEngine()
+    return BulletEngine(PhysicsWorld(substeps))
 
 
 def make_mujoco_engine() -> Engine:

@@ -46,9 +46,9 @@ JOINTS: Final = (0, 1, 2)
 
 _TURNS: Final = {
     "alpha": ("ca", "sa"),
-    "angle": ("c", "s"),
+    "(+ angle zero)": ("c", "s"),
     # By the addition theorems, what the angle is after it has grown by another.
-    "grown": ("(- (* c cp) (* s sp))", "(+ (* s cp) (* c sp))"),
+    "(+ grown zero)": ("(- (* c cp) (* s sp))", "(+ (* s cp) (* c sp))"),
 }
 _PARTS: Final = ("origin", "x", "y", "z")
 
@@ -70,7 +70,7 @@ def _next_frame(
     def run(ask: DecideBranch, part: int, axis: int) -> str:
         any_frame = links.JointFrame(*(symbolic_vector(ask, one) for one in _PARTS))
         frame = links.ORIGIN if of_the_base else any_frame
-        row = tuple(SymbolicReal(one, ask) for one in ("a", "alpha", "d"))
+        row = tuple(SymbolicReal(one, ask) for one in ("a", "alpha", "d", "zero"))
         following = links.child_frame(frame, links.mounting_of(row), SymbolicReal(angle, ask))
         return term_of(following[part][axis])
 

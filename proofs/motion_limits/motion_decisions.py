@@ -261,7 +261,7 @@ def _same(given: object, expected: object) -> None:
 # The form of a plan.
 
 _BODY: Final = RobotBody(
-    ((0.0, 0.1, 0.2), (0.0, 0.1, 0.2)),
+    ((0.0, 0.1, 0.2), (0.0, 0.1, 0.2, 0.3)),
     (0.0, 0.0, 0.1),
     (Ball("arm", 1, (0.0, 0.0, 0.0), 0.1), Ball("hand", 2, (0.0, 0.0, 0.0), 0.1)),
     (Hull("arm", 1, ((0.0, 0.0, 0.0),), 0.1), Hull("hand", 2, ((0.0, 0.0, 0.0),), 0.1)),
@@ -364,9 +364,11 @@ def _wrong_as_wholes(plan: Trajectory) -> Iterator[tuple[str, Any]]:
 
 _STILL_FORMED: Final = (
     *("body.balls.longer", "body.hulls.longer", "body.exempt_pairs.longer", "body.exempt_pairs.shorter"),
+    *("body.dh_rows.0.longer", "body.dh_rows.1.shorter"),
     *("body.hulls.0.corners.longer", "body.hulls.1.corners.longer", "joint_paths.0.shorter"),
 )
-"""Changes that leave a plan as well-formed: a ball, hull, pair or corner twice, a path of fewer pieces."""
+"""Changes that leave a plan as well-formed: a ball, hull, pair or corner twice, a path of fewer pieces, a
+row with or without a fourth number."""
 
 _FORMED_UNDER_FEEDBACK: Final = ("joint_paths.shorter", "joint_paths.longer")
 """Under feedback, a path more or less, too."""

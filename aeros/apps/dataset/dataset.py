@@ -14,6 +14,7 @@ from aeros.apps.dataset import lerobot
 from aeros.apps.dataset.recorder import RATE, EpisodeFrame
 from aeros.apps.film.run_film import FilmError, film_imports
 from aeros.apps.report_page.run_data import RecordedDecision
+from aeros.distribution import install_command
 from aeros.files import make_folder, replace_durably
 from aeros.runtime.gate.configuration import Configuration
 from aeros.sim.film_file import FILE as POSES
@@ -300,7 +301,7 @@ def _import_errors() -> Iterator[None]:
         yield
     except ImportError as error:
         raise DatasetError(
-            f"a dataset needs `pip install 'aeros-robot[dataset]'` ({error.name} is missing)"
+            f"a dataset needs {install_command('dataset')} ({error.name} is missing)"
         ) from error
 
 

@@ -1,6 +1,6 @@
 """Parquet files of a dataset.
 
-The sole importer of PyArrow, which `pip install 'aeros-robot[dataset]'` installs.
+The sole importer of PyArrow, which the extra `dataset` installs.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Final
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from aeros.kinematic_chain import mounting_of
+from aeros.kinematic_chain import mounting_of, roll_pitch_yaw
 from aeros.runtime.bus.transforms import BASE, TOOL, link_frame
 from aeros.runtime.ports import RobotBody, Vec3
 
@@ -45,9 +45,8 @@ def robot_description(name: str, body: RobotBody, joints: Sequence[str]) -> str:
             SubElement(visual, "material", name="link")
     SubElement(robot, "link", name=TOOL)
     for joint, row, parent, child in zip(joints, body.dh_rows, links, links[1:], strict=False):
-        a, y, z, _, _ = mounting_of(row)
         element = _joint(robot, joint, "continuous", (parent, child))
-        SubElement(element, "origin", xyz=_vector((a, y, z)), rpy=f"{_number(row[1])} 0 0")
+        SubElement(element, "origin", xyz=_vector(mounting_of(row)[:3]), rpy=_vector(roll_pitch_yaw(row)))
         SubElement(element, "axis", xyz="0 0 1")
     SubElement(
         _joint(robot, "tool_joint", "fixed", (links[-1], TOOL)), "origin", xyz=_vector(body.tool_offset)

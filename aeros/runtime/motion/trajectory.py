@@ -616,8 +616,8 @@ def _other_numbers(plan: Trajectory) -> list[float]:
         for p in (plan.base, plan.base_path, body.tool_offset, *(ball.centre for ball in body.balls))
     ):
         raise ValueError("a point does not have three coordinates")
-    if any(len(row) != 3 for row in body.dh_rows):
-        raise ValueError("a joint does not have three parameters")
+    if any(len(row) not in (3, 4) for row in body.dh_rows):
+        raise ValueError("a joint does not have three or four parameters")
     numbers = [*body.tool_offset, *chain.from_iterable(body.dh_rows)]
     for ball in body.balls:
         numbers += [*ball.centre, ball.radius]

@@ -51,22 +51,32 @@ class ExternalTorqueObserver:
         self._before: Any = ()
         self.torques: list[float] = [0.0] * len(movable)
         self.positions: Sequence[float] = self.torques
+        self._given: list[Sequence[float]] = []
         world.before_step.append(self._note_start)
+        world.after_substep.append(self._note_efforts)
         world.after_step.append(self._update)
 
     def _note_start(self) -> None:
         self._before = self._world.joint_states(self._body, self._movable)
 
+    def _note_efforts(self) -> None:
+        """Note the efforts of a step of the engine; PyBullet reports those of its last step alone."""
+        corrections = [state[3] for state in self._world.joint_states(self._body, self._movable)]
+        self._given.append(self._applied(corrections))
+
     def _update(self) -> None:
         q, before, _, _ = zip(*self._before, strict=True)
-        self.positions, after, _, given = zip(
-            *self._world.joint_states(self._body, self._movable), strict=True
-        )
+        self.positions, after, _, _ = zip(*self._world.joint_states(self._body, self._movable), strict=True)
+        given, self._given = _means(self._given), []
         acceleration = [(b - a) / TICK for a, b in zip(before, after, strict=True)]
         needed = bullet.calculateInverseDynamics(
             self._body, q, before, acceleration, physicsClientId=self._world.client
         )
         self.torques = [
             seen + _SHARE * (need - motor - seen)
-            for seen, need, motor in zip(self.torques, needed, self._applied(given), strict=True)
+            for seen, need, motor in zip(self.torques, needed, given, strict=True)
         ]
+
+
+def _means(rows: Sequence[Sequence[float]]) -> Sequence[float]:
+    return rows[0] if len(rows) == 1 else [sum(column) / len(rows) for column in zip(*rows, strict=True)]

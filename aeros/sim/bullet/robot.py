@@ -167,7 +167,9 @@ class BulletRobot(PhysicalRobot):
 
 
 class _Drives:
-    """The motors of arm and carriage: before each tick, modelled effort and bounded correction are set.
+    """The motors of arm and carriage: before each step, modelled effort and bounded correction are set.
+
+    In a tick of several steps the set points go evenly from those of the tick before to the new ones.
 
     Args:
         world: the world.
@@ -206,6 +208,8 @@ class _Drives:
         self._no_acceleration: Final = self._xy
         self._base_acceleration: list[float] = self._xy
         self._q: list[float] = []
+        self._q_before: list[float] = []
+        self._xy_before: list[float] = self._xy
         self._qd: list[float] = [0.0] * len(arm)
         self._acceleration: list[float] = self._qd
         self._limits = limits
@@ -213,7 +217,8 @@ class _Drives:
         # Of each motor of arm and carriage: its place, the modelled effort, and the greatest correction.
         self._given: list[tuple[int, float, float]] = []
         self.efforts: list[float] = [0.0] * len(movable)
-        world.before_step.append(self._set_motors)
+        world.before_substep.append(self._set_motors)
+        world.after_step.append(self._keep_points)
 
     def set_points(self, q: Vector, qd: Vector, acceleration: Vector, strength: float) -> None:
         """Take set points for the next tick.
@@ -253,8 +258,13 @@ class _Drives:
             self.efforts[place] = modelled + max(-most, min(most, corrections[place]))
         return self.efforts
 
-    def _set_motors(self) -> None:
-        """Set the motors for one tick.
+    def _keep_points(self) -> None:
+        """Note where the tick has led to; accelerations are for one tick alone."""
+        self._q_before, self._xy_before = self._q, self._xy
+        self._acceleration, self._base_acceleration = self._no_arm_acceleration, self._no_acceleration
+
+    def _set_motors(self, share: float) -> None:
+        """Set the motors for one step of the engine, at whose end `share` of the tick has passed.
 
         The modelled torque is of the measured posture and the commanded speed and acceleration: joints that
         an obstacle holds back are not pushed on by the model.
@@ -264,7 +274,6 @@ class _Drives:
         self._rates[self._places], self._accelerations[self._places] = self._qd, self._acceleration
         self._rates[self._carriage_places] = self._base_speed
         self._accelerations[self._carriage_places] = self._base_acceleration
-        self._acceleration, self._base_acceleration = self._no_arm_acceleration, self._no_acceleration
         limits = [self._strength * limit for limit in self._limits]
         torques = bullet.calculateInverseDynamics(
             self._body, positions, self._rates, self._accelerations, physicsClientId=client
@@ -282,7 +291,7 @@ class _Drives:
             self._body,
             self._arm,
             bullet.POSITION_CONTROL,
-            targetPositions=self._q,
+            targetPositions=_between(self._q_before, self._q, share),
             targetVelocities=self._qd,
             forces=greatest,
             positionGains=self._gains,
@@ -293,10 +302,10 @@ class _Drives:
             self._body, self._arm, bullet.TORQUE_CONTROL, forces=modelled, physicsClientId=client
         )
         if self._carriage:
-            self._set_carriage(torques[self._carriage_places], client)
+            self._set_carriage(torques[self._carriage_places], share, client)
 
-    def _set_carriage(self, forces: Sequence[float], client: int) -> None:
-        """Set the carriage's motors for one tick, with the modelled forces, N."""
+    def _set_carriage(self, forces: Sequence[float], share: float, client: int) -> None:
+        """Set the carriage's motors for one step of the engine, with the modelled forces, N."""
         bounded = [max(-CARRIAGE_FORCE, min(CARRIAGE_FORCE, force)) for force in forces]
         greatest = [min(CARRIAGE_CORRECTION, CARRIAGE_FORCE - abs(force)) for force in bounded]
         self._given += zip(range(len(bounded)), bounded, greatest, strict=True)
@@ -304,7 +313,7 @@ class _Drives:
             self._body,
             self._carriage,
             bullet.POSITION_CONTROL,
-            targetPositions=self._xy,
+            targetPositions=_between(self._xy_before, self._xy, share),
             targetVelocities=self._base_speed,
             forces=greatest,
             positionGains=[_POSITION_GAIN] * len(bounded),
@@ -314,6 +323,13 @@ class _Drives:
         bullet.setJointMotorControlArray(
             self._body, self._carriage, bullet.TORQUE_CONTROL, forces=bounded, physicsClientId=client
         )
+
+
+def _between(before: list[float], after: list[float], share: float) -> list[float]:
+    """Return the positions at a share of the way; `after` if there is none before."""
+    if share == 1.0 or not before:
+        return after
+    return [a + share * (b - a) for a, b in zip(before, after, strict=True)]
 
 
 def _places(movable: tuple[int, ...], joints: Sequence[int]) -> slice:

@@ -9,11 +9,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import cos, sin
 from typing import Final
 from xml.etree import ElementTree
 
 from aeros.files import temporary_folder
+from aeros.kinematic_chain import mounting_of, roll_pitch_yaw
 from aeros.runtime.ports import Hull
 from aeros.sim.bullet.body_factory import load_model
 from aeros.sim.bullet.client import DATA, bullet
@@ -127,11 +127,10 @@ def _made_urdf(model: RobotModel, folder: str) -> str:
     root.append(_link("foot", hulls["foot"], None, folder))
     parent = "foot"
     rows = zip(model.body.dh_rows, model.dynamics.links, strict=True)
-    for number, ((length, twist, offset), mass) in enumerate(rows, 1):
+    for number, (row, mass) in enumerate(rows, 1):
         name = f"link{number}"
         root.append(_link(name, hulls[name], mass, folder))
-        place = (length, -sin(twist) * offset, cos(twist) * offset)
-        joint = _joint(f"joint{number}", "revolute", parent, name, place, (twist, 0.0, 0.0))
+        joint = _joint(f"joint{number}", "revolute", parent, name, mounting_of(row)[:3], roll_pitch_yaw(row))
         ElementTree.SubElement(joint, "axis", xyz="0 0 1")
         limits = model.limits
         ElementTree.SubElement(

@@ -25,19 +25,27 @@ _NO_OFFSET: Final = (0.0, 0.0, 0.0)
 class PhysicsWorld:
     """A PyBullet client of its own; worlds share nothing. It implements `EngineWorld`.
 
+    Args:
+        substeps: steps of the engine in a tick. The rate of control stays one tick.
+
     Attributes:
+        substeps: likewise.
         client: number of the client; -1 once closed.
         bodies: adds bodies and sets their friction.
         renderer: takes pictures.
         ticks: number of steps since the clock was set to 0.
-        before_step: called in order before each step.
-        after_step: called in order after each step.
+        before_step: called in order before each tick.
+        before_substep: called in order before each step of the engine, with the share of the tick that has
+            passed after it, in (0, 1].
+        after_substep: called in order after each step of the engine.
+        after_step: called in order after each tick.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, substeps: int = 1) -> None:
+        self.substeps = substeps
         self.client: int = bullet.connect(bullet.DIRECT)
         bullet.setPhysicsEngineParameter(
-            fixedTimeStep=TICK,
+            fixedTimeStep=TICK / substeps,
             numSolverIterations=50,
             deterministicOverlappingPairs=1,
             physicsClientId=self.client,
@@ -47,7 +55,10 @@ class PhysicsWorld:
         self.renderer = Renderer(self.client)
         self.ticks = 0
         self.before_step: list[Callable[[], None]] = []
+        self.before_substep: list[Callable[[float], None]] = []
+        self.after_substep: list[Callable[[], None]] = []
         self.after_step: list[Callable[[], None]] = []
+        self._pushes: list[tuple[int, Vector3]] = []
         # Contact points and joint states by body after the last step, cached on first query.
         self._touching: dict[int, Any] = {}
         self._joint_states: dict[tuple[int, tuple[int, ...]], Any] = {}
@@ -61,9 +72,18 @@ class PhysicsWorld:
         """Advance by one tick."""
         for prepare in self.before_step:
             prepare()
-        bullet.stepSimulation(physicsClientId=self.client)
-        self._touching.clear()
-        self._joint_states.clear()
+        for number in range(1, self.substeps + 1):
+            for lead in self.before_substep:
+                lead(number / self.substeps)
+            # PyBullet forgets forces after each of its steps.
+            for body, force in self._pushes:
+                self._apply(body, force)
+            bullet.stepSimulation(physicsClientId=self.client)
+            self._touching.clear()
+            self._joint_states.clear()
+            for record in self.after_substep:
+                record()
+        self._pushes.clear()
         self.ticks += 1
         for note in self.after_step:
             note()
@@ -72,17 +92,20 @@ class PhysicsWorld:
         """End the client; safe to call twice."""
         if self.client >= 0:
             bullet.disconnect(physicsClientId=self.client)
-            self.before_step.clear()
-            self.after_step.clear()
+            for called in (self.before_step, self.before_substep, self.after_substep, self.after_step):
+                called.clear()
             self.client = self.bodies.client = self.renderer.client = -1
 
     def push(self, body: int, force: Vector3) -> None:
-        """Push a body's base at its centre of mass in the next step.
+        """Push a body's base at its centre of mass during the next tick.
 
         Args:
             body: number in PyBullet.
             force: in W, N.
         """
+        self._pushes.append((body, force))
+
+    def _apply(self, body: int, force: Vector3) -> None:
         place, _ = self.pose(body)
         bullet.applyExternalForce(body, -1, force, place, bullet.WORLD_FRAME, physicsClientId=self.client)
 

@@ -169,7 +169,9 @@ class _Insets:
         self, caption: Caption, film: FilmModel, pictures: ScenePictures
     ) -> tuple[tuple[str, Image.Image], ...]:
         """Return label and picture of the camera that took the latest picture; nothing before any."""
-        camera = self._recording.stage.cameras.get(caption.camera)
+        index = min(int(np.searchsorted(self._times, caption.pictured_at)), len(self._times) - 1)
+        sample, at_start = self._recording.samples[index], self._recording.stage.cameras
+        camera = sample.cameras.get(caption.camera) or at_start.get(caption.camera)
         if camera is None:
             return ()
         width, height = self._size
@@ -179,8 +181,7 @@ class _Insets:
         )
         key = (caption.camera, caption.pictured_at)
         if key != self._known or self._drawn is None:
-            index = int(np.searchsorted(self._times, caption.pictured_at))
-            film.place(self._recording.samples[min(index, len(self._times) - 1)], [])
+            film.place(sample, [])
             self._drawn, self._known = _image(pictures.draw(small)), key
         unit = height / 204.0
         marked = mark_detections(self._drawn, small, caption.detections, unit)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from os import SEEK_END
 from pathlib import Path
 from typing import BinaryIO, Final, NamedTuple
@@ -80,6 +81,7 @@ class PoseRecorder:
         self._stage: str | None = None
         self._before: PoseSample | None = None
         self._wiped: dict[str, tuple[int, str]] = {}
+        self._first_cameras: dict[str, Camera] = {}
 
     def begin(self, parts: PlantParts) -> None:
         """Implement `Viewer.begin`: write the shapes."""
@@ -87,13 +89,13 @@ class PoseRecorder:
         bodies = parts.scene.placed_bodies()
         self._actors = tuple(one for placed in bodies.values() for one in _actors_of(placed))
         scene = parts.scene
-        fixed = {name: scene.camera(name) for name in scene.cameras}
+        self._first_cameras = self._cameras()
         stage = Stage(
             scene.view,
             _robot_figure(parts),
             tuple(one.actor for one in self._actors),
             {name: _coating_figure(one) for name, one in scene.coatings().items()},
-            fixed,
+            self._first_cameras,
         )
         self._stage, self._before = encode_stage(stage), None
         self._record(parts.world)
@@ -135,9 +137,20 @@ class PoseRecorder:
                 PersonFigure(*(round(part, _DIGITS) for part in one)) for one in self._parts.people.figures()
             ),
             {name: self._cells(name, one) for name, one in self._parts.scene.coatings().items()},
+            {
+                name: one
+                for name, one in self._cameras().items()
+                if one != self._first_cameras[name] or (before is not None and name in before.cameras)
+            },
         )
         # After a line that is lost, the next is whole.
         self._before = sample if self._write(encode_sample(sample, before)) else None
+
+    def _cameras(self) -> dict[str, Camera]:
+        """Return where the robot's cameras are; those on the hand and the carriage move with it."""
+        assert self._parts is not None  # noqa: S101  for the type checker
+        scene = self._parts.scene
+        return {name: _rounded_camera(scene.camera(name)) for name in scene.cameras}
 
     def _cells(self, name: str, coating: CoatingMap) -> str:
         """Return which cells of a layer are still there; cells never become coated again."""
@@ -220,6 +233,10 @@ def _actors_of_look(placed: PlacedBody) -> Iterator[PlacedActor]:
         condition = None if joint is None else placed.joints[joint]
         is_fixed = number < 0 and condition is None and not placed.body.is_movable
         yield PlacedActor(actor, placed.number, number, condition, shown, is_fixed)
+
+
+def _rounded_camera(camera: Camera) -> Camera:
+    return replace(camera, eye=_rounded(camera.eye), target=_rounded(camera.target), up=_rounded(camera.up))
 
 
 def _robot_figure(parts: PlantParts) -> RobotFigure:

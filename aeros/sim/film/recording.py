@@ -14,6 +14,7 @@ from math import ceil, hypot
 from pathlib import Path
 from typing import Any, Final
 
+from aeros.kinematic_chain import Row
 from aeros.sim.engine.people import PersonFigure
 from aeros.sim.geometry import Camera, Pose, Vector3, camera_axes
 from aeros.sim.pictures.visual_shapes import SHAPE_KINDS, VisualShape
@@ -75,7 +76,7 @@ class RobotFigure:
 
     Attributes:
         name: name of the robot.
-        rows: modified Denavit-Hartenberg parameters of each joint (m, rad, m).
+        rows: modified Denavit-Hartenberg parameters of each joint (m, rad, m, and rad if there is a fourth).
         hulls: of each link its name, number of the joint that moves it, and corners in that joint's frame, m.
         flange: distance of the hand from the last joint's frame, m.
         turn: angle by which the hand is mounted turned, rad.
@@ -86,7 +87,7 @@ class RobotFigure:
     """
 
     name: str
-    rows: tuple[Vector3, ...]
+    rows: tuple[Row, ...]
     hulls: tuple[tuple[str, int, tuple[Vector3, ...]], ...]
     flange: float
     turn: float
@@ -122,7 +123,7 @@ class Stage:
         robot: the robot.
         actors: shapes of the bodies.
         coatings: layers that are wiped off, by name.
-        cameras: the robot's cameras that are fixed in W, by name.
+        cameras: the robot's cameras as they are at the start, by name.
     """
 
     view: Camera
@@ -146,6 +147,7 @@ class PoseSample:
         people: the people.
         coated: of each layer a character for each cell, `1` if the layer is still there, row by row from the
             least y, by name.
+        cameras: the robot's cameras that are not where they were at the start, by name.
     """
 
     time: float
@@ -156,6 +158,7 @@ class PoseSample:
     poses: Mapping[int, Pose | None] = field(default_factory=dict)
     people: tuple[PersonFigure, ...] = ()
     coated: Mapping[str, str] = field(default_factory=dict)
+    cameras: Mapping[str, Camera] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -237,7 +240,13 @@ def encode_sample(sample: PoseSample, before: PoseSample | None) -> str:
         for name, cells in sample.coated.items()
         if before is None or before.coated.get(name) != cells
     }
-    line |= {key: value for key, value in (("move", moved), ("coated", coated)) if value}
+    seen_from = {
+        name: (*one.eye, *one.target, *one.up)
+        for name, one in sample.cameras.items()
+        if before is None or before.cameras.get(name) != one
+    }
+    parts = (("move", moved), ("coated", coated), ("cameras", seen_from))
+    line |= {key: value for key, value in parts if value}
     return _line(line)
 
 
@@ -318,7 +327,7 @@ def _stage(content: Mapping[str, Any]) -> Stage:
         _camera(content["view"]),
         RobotFigure(
             _text(robot["name"]),
-            tuple(_vector(row) for row in robot["rows"]),
+            tuple(_row(row) for row in robot["rows"]),
             tuple(_hull(one, len(robot["rows"])) for one in robot["hulls"]),
             flange,
             turn,
@@ -387,6 +396,11 @@ def _sample(content: Mapping[str, Any], before: PoseSample, stage: Stage | None)
         if unknown := coated.keys() - stage.coatings.keys():
             raise ValueError(f"layers that the first line does not have: {', '.join(sorted(unknown))}")
         changed["coated"] = {**before.coated, **coated}
+    if "cameras" in content:
+        moved_cameras = {
+            name: _moved_camera(stage.cameras[name], place) for name, place in content["cameras"].items()
+        }
+        changed["cameras"] = {**before.cameras, **moved_cameras}
     sample = replace(before, **changed)
     if len(sample.joints) != len(stage.robot.rows):
         raise ValueError(f"{len(sample.joints)} joint positions in place of {len(stage.robot.rows)}")
@@ -412,9 +426,20 @@ def _camera(content: Mapping[str, Any]) -> Camera:
     angle = _positive(content["field_of_view"])
     if angle >= 180.0:
         raise ValueError(f"a field of view of {angle} degrees is not below 180")
-    camera = Camera(
-        _vector(content["eye"]), _vector(content["target"]), _vector(content["up"]), angle, width, height
+    return _looking(
+        Camera(
+            _vector(content["eye"]), _vector(content["target"]), _vector(content["up"]), angle, width, height
+        )
     )
+
+
+def _moved_camera(camera: Camera, place: Iterable[Any]) -> Camera:
+    numbers = [*_numbers(place, 9)]
+    eye, target, up = (_vector(numbers[start : start + 3]) for start in (0, 3, 6))
+    return _looking(replace(camera, eye=eye, target=target, up=up))
+
+
+def _looking(camera: Camera) -> Camera:
     try:
         camera_axes(camera)
     except ArithmeticError as failure:
@@ -445,6 +470,14 @@ def _pose(content: Sequence[Any]) -> Pose:
 def _vector(content: Iterable[Any], least: float = -_GREATEST, most: float = _GREATEST) -> Vector3:
     x, y, z = _numbers(content, 3, least, most)
     return (x, y, z)
+
+
+def _row(content: Iterable[Any]) -> Row:
+    numbers = [*_numbers(content)]
+    if len(numbers) == 4:
+        a, alpha, d, zero = numbers
+        return (a, alpha, d, zero)
+    return _vector(numbers)
 
 
 def _pair(content: Iterable[Any]) -> tuple[float, float]:

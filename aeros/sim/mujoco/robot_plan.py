@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from aeros.kinematic_chain import zero_angle
 from aeros.sim.geometry import UPRIGHT, Pose, Vector3
 from aeros.sim.mujoco.plans import (
     AT_ORIGIN,
@@ -117,11 +118,17 @@ def _arm(model: RobotModel, drives: bool) -> Iterator[LinkPlan]:
     rows = zip(model.body.dh_rows, dynamics.links, arm_joints(model), strict=True)
     for number, (row, masses, joint_name) in enumerate(rows, 1):
         name, (xx, yy, zz, xy, xz, yz) = f"link{number}", masses.inertia
-        length, twist, offset = row
-        # Modified Denavit–Hartenberg: turn by the twist about x, after a step along x, then along z.
+        length, twist, offset, *_ = row
+        zero = zero_angle(row)
+        # Modified Denavit–Hartenberg: turn by the twist about x after a step along x, then along and about z.
         place = Pose(
             (length, -sin(twist) * offset, cos(twist) * offset),
-            (sin(twist / 2.0), 0.0, 0.0, cos(twist / 2.0)),
+            (
+                sin(twist / 2.0) * cos(zero / 2.0),
+                -sin(twist / 2.0) * sin(zero / 2.0),
+                cos(twist / 2.0) * sin(zero / 2.0),
+                cos(twist / 2.0) * cos(zero / 2.0),
+            ),
         )
         joint = JointPlan(
             joint_name,

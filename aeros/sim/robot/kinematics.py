@@ -44,7 +44,8 @@ def forward_kinematics(arm: RobotModel, q: Vector) -> tuple[Vector, Vector, Vect
     """
     n, joints = q.shape
     cosines, sines = arm.twists
-    c, s = np.cos(q.T), np.sin(q.T)
+    angles = q.T + arm.zero_angles
+    c, s = np.cos(angles), np.sin(angles)
     turns = np.zeros((joints, n, 3, 3))
     turns[:, :, 0, 0], turns[:, :, 0, 1] = c, -s
     turns[:, :, 1, 0], turns[:, :, 1, 1], turns[:, :, 1, 2] = s * cosines, c * cosines, -sines

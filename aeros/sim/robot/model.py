@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from aeros.kinematic_chain import Mounting, mounting_of
+from aeros.kinematic_chain import Mounting, mounting_of, zero_angle
 from aeros.runtime.ports import RobotBody, Vec3
 from aeros.sim.robot.body import Capsule
 from aeros.sim.robot.limits import JointLimits, ToolPointLimits, Vector
@@ -165,13 +165,18 @@ class RobotModel:
     @cached_property
     def twists(self) -> tuple[Vector, Vector]:
         """Cosine and sine of each joint's twist, each (n, 1)."""
-        twists = tuple(twist for _, twist, _ in self.body.dh_rows)
+        twists = tuple(row[1] for row in self.body.dh_rows)
         return np.cos(twists)[:, None], np.sin(twists)[:, None]
+
+    @cached_property
+    def zero_angles(self) -> Vector:
+        """Angle theta of each joint at its position 0 (n, 1), rad."""
+        return np.array([[zero_angle(row)] for row in self.body.dh_rows])
 
     @cached_property
     def joint_origins(self) -> Vector:
         """Each joint's origin in the frame before it (n, 1, 3, 1), m."""
-        lengths, _, offsets = zip(*self.body.dh_rows, strict=True)
+        lengths, offsets = ([row[number] for row in self.body.dh_rows] for number in (0, 2))
         cosines, sines = self.twists
         origins = np.stack((lengths, -sines[:, 0] * offsets, cosines[:, 0] * offsets), axis=1)
         return origins[:, None, :, None]

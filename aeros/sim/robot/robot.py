@@ -429,11 +429,12 @@ def max_link_speed(arm: RobotModel, q: Sequence[float], rates: Sequence[float], 
     vx, vy, vz = base
     wx = wy = wz = 0.0
     fastest = vx * vx + vy * vy + vz * vz
-    for ((x, y, z, ca, sa), points), position, rate in zip(_followed_chain(arm), q, rates, strict=True):
+    for ((x, y, z, ca, sa, zero), points), position, rate in zip(_followed_chain(arm), q, rates, strict=True):
         vx, vy, vz = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x
         vy, vz = ca * vy + sa * vz, ca * vz - sa * vy
         wy, wz = ca * wy + sa * wz, ca * wz - sa * wy
-        c, s = cos(position), sin(position)
+        turn = position + zero
+        c, s = cos(turn), sin(turn)
         vx, vy = c * vx + s * vy, c * vy - s * vx
         wx, wy = c * wx + s * wy, c * wy - s * wx
         wz += rate

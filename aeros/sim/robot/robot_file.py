@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import cache
@@ -13,6 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from aeros.kinematic_chain import Row
 from aeros.runtime.ports import Hull, RobotBody, Vec3
 from aeros.sim.robot.body import Capsule, enclosing_balls
 from aeros.sim.robot.kinematics import forward_kinematics
@@ -123,9 +125,10 @@ def robot_of(site: Site) -> RobotModel:
     excesses = [] if site.robot is None or site.motion is None else list(_excesses(site.motion, robot))
     if excesses:
         help_ = (f"keep `motion` of the site inside the limits of `{robot.name}`, or name another `robot`",)
-        source, start = site.span.source, site.span.start
-        first_line = SpanLabel(source.span(start, start + len(site.span.text.partition("\n")[0])))
-        raise UserError([Diagnostic("AE208", text, first_line, help=help_) for text in excesses])
+        line = re.search(r"^robot:[^\n]*", site.span.source.text, re.MULTILINE)
+        start, end = (0, 0) if line is None else line.span()
+        named = SpanLabel(site.span.source.span(start, end))
+        raise UserError([Diagnostic("AE208", text, named, help=help_) for text in excesses])
     return robot
 
 
@@ -194,7 +197,7 @@ class _RobotReader:
         )
         hulls, exempt = self._hulls()
         body = RobotBody(
-            tuple((_float(row.length), _float(row.twist), _float(row.offset)) for row in file.chain),
+            tuple(_row(row) for row in file.chain),
             (0.0, 0.0, mount.flange + mount.tool),
             tuple(ball for capsule in capsules for ball in enclosing_balls(capsule)),
             hulls,
@@ -382,6 +385,12 @@ def _check_ready_posture(model: RobotModel, file: declared.Robot, diagnostics: D
             span,
             help=("correct the posture, the chain, or `turn` of the hand",),
         )
+
+
+def _row(declared_row: declared.ChainRow) -> Row:
+    length, twist, offset = map(_float, (declared_row.length, declared_row.twist, declared_row.offset))
+    zero = 0.0 if declared_row.zero is None else _float(declared_row.zero)
+    return (length, twist, offset, zero) if zero else (length, twist, offset)
 
 
 def _float(number: NumberField) -> float:

@@ -16,6 +16,9 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 
+_REFERENCE_ROBOT: Final = "panda"
+"""Robot whose ready posture `_DEFAULT_VALUES` has, so that no NumPy is needed for it."""
+
 _DEFAULT_VALUES: Final[Mapping[str, tuple[float, ...]]] = {
     # Franka's ready posture, and the tool position in it.
     "joint_position": (0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4),
@@ -44,14 +47,30 @@ def initial_values(site: Site, given: Mapping[str, Any]) -> dict[str, Any]:
 
     Raises:
         MisuseError: a name is not in the vocabulary.
+        UserError: the site's robot cannot be used.
     """
     unknown = given.keys() - site.state.keys()
     if unknown:
         raise MisuseError(f"`{min(unknown)}` is not a state variable of the site")
+    usual = {**_DEFAULT_VALUES, **_ready_values(site)}
     return {
-        name: as_reading(given[name], declared) if name in given else _default_value(name, declared)
+        name: as_reading(given[name], declared) if name in given else _default_value(name, declared, usual)
         for name, declared in site.state.items()
     }
+
+
+def _ready_values(site: Site) -> Mapping[str, tuple[float, ...]]:
+    """Compute joint and tool positions of the ready posture of a site's robot, in W."""
+    if site.robot is None or site.robot == _REFERENCE_ROBOT:
+        return {}
+    try:
+        from aeros.sim.kinematic.tool_kinematics import tool_kinematics
+        from aeros.sim.robot.robot_file import robot_of
+    except ImportError:  # NumPy, without which no plant has an arm
+        return {}
+    robot = robot_of(site)
+    ready = tuple(robot.postures.ready.tolist())
+    return {"joint_position": ready, "tool_position": tool_kinematics(robot, ready).position}
 
 
 def unknown_positions(modules: Iterable[Ecm], given: Container[str]) -> frozenset[str]:
@@ -122,26 +141,25 @@ def as_reading(value: Any, declared: Declared) -> Any:
     return value
 
 
-def _default_value(name: str, declared: Declared) -> Any:
+def _default_value(name: str, declared: Declared, usual: Mapping[str, tuple[float, ...]]) -> Any:
     match declared.variable.type:
         case BoolType():
             return False
         case EnumType(members=members):
             return members[0]
         case VectorType(dimension=dimension):
-            return _default_reals(name, declared, 3, _DEFAULT_POSITION if dimension == LENGTH else ())
+            return _default_reals(
+                usual.get(name, _DEFAULT_POSITION if dimension == LENGTH else ()), declared, 3
+            )
         case FamilyType(index=index, element=RealType()):
-            return _default_reals(name, declared, len(index.members))
+            return _default_reals(usual.get(name, ()), declared, len(index.members))
         case FamilyType(index=index):
             return (False,) * len(index.members)
         case RealType():
-            return _default_reals(name, declared, 1)[0]
+            return _default_reals(usual.get(name, ()), declared, 1)[0]
 
 
-def _default_reals(
-    name: str, declared: Declared, count: int, other: tuple[float, ...] = ()
-) -> tuple[float, ...]:
-    usual = _DEFAULT_VALUES.get(name, other)
+def _default_reals(usual: tuple[float, ...], declared: Declared, count: int) -> tuple[float, ...]:
     values = usual if len(usual) == count else (0.0,) * count
     return tuple(_clamp(value, declared.range) for value in values)
 

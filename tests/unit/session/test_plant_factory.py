@@ -236,3 +236,12 @@ def test_a_plant_that_is_there_later_is_connected_to(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(plant_factory, "time", clock)
     monkeypatch.setattr(plant_factory, "RemotePlant", come)
     assert connect_plant(Path("/x")) is plant
+
+
+def test_a_robot_that_cannot_be_used_is_refused_with_the_scene() -> None:
+    configuration = proved()[0]
+    other = replace(configuration, site=replace(configuration.site, robot="nobody"))
+    assert load_run_scene("symbolic", None, other, [BARE], 0) is None
+    for plant in ("physics", "mujoco", "kinematic"):
+        with pytest.raises(UserError, match="nobody"):
+            load_run_scene(plant, None, other, [BARE], 0)

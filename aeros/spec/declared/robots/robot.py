@@ -41,6 +41,9 @@ class ChainRow:
     length: NumberField = field(metadata={"doc": "a, m"})
     twist: NumberField = field(metadata={"doc": "alpha, rad"})
     offset: NumberField = field(metadata={"doc": "d, m"})
+    zero: NumberField | None = field(
+        default=None, metadata={"doc": "theta at the joint's position 0, rad; 0 if it is left out"}
+    )
 
 
 @dataclass(frozen=True)

@@ -104,7 +104,7 @@ def test_a_missing_package_is_named(
 ) -> None:
     monkeypatch.delattr("aeros.apps.dataset.parquet", raising=False)
     monkeypatch.setitem(__import__("sys").modules, "aeros.apps.dataset.parquet", None)
-    with pytest.raises(DatasetError, match=r"pip install 'aeros-robot\[dataset\]'"):
+    with pytest.raises(DatasetError, match=r"pip install '\.\[dataset\]'` in the clone"):
         _writer(tmp_path / "new", configuration)
 
 

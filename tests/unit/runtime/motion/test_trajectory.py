@@ -136,7 +136,7 @@ def test_a_plant_that_moves_nothing_or_refuses_is_trusted() -> None:
         motion(body=replace(BODY, balls=(Ball("arm", cast("int", 0.5), NOWHERE, 0.1),))),
         motion(body=replace(BODY, balls=(tuple.__new__(Ball, ("arm", 1)),))),
         motion(body=replace(BODY, balls=cast("Any", (("arm", 1, NOWHERE, 0.1),)))),
-        motion(body=replace(BODY, dh_rows=cast("Any", ((0.0, 0.0, 0.0, 0.0),)))),
+        motion(body=replace(BODY, dh_rows=cast("Any", ((0.0,) * 5,)))),
         motion(body=replace(BODY, hulls=(Hull("arm", 2, (NOWHERE,), 0.1),))),
         motion(body=None),
         # Parts that may be another after the decision.

@@ -18,9 +18,9 @@ from tests.unit.sim.robot.panda import FINGER_GAP_MAX, PANDA, READY_POSTURE, TAU
 pytestmark = pytest.mark.physics
 
 
-@pytest.fixture
-def world() -> Iterator[PhysicsWorld]:
-    made = PhysicsWorld()
+@pytest.fixture(params=[1, 2], ids=["240 Hz", "480 Hz"])
+def world(request: pytest.FixtureRequest) -> Iterator[PhysicsWorld]:
+    made = PhysicsWorld(request.param)
     yield made
     made.close()
 

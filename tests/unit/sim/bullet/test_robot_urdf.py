@@ -12,7 +12,7 @@ from aeros.sim.bullet.robot_urdf import load_robot_body
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import RobotOptions
-from tests.unit.sim.robot.panda import PANDA
+from tests.unit.sim.robot.panda import PANDA, ZEROS, with_zeros
 
 MADE = replace(PANDA, stock_urdf=None)
 
@@ -52,3 +52,9 @@ def test_the_made_robot_weighs_what_its_file_says() -> None:
     ]
     assert masses == pytest.approx([link.mass for link in PANDA.dynamics.links])
     world.close()
+
+
+def test_a_robot_whose_joints_count_from_elsewhere_holds_itself_at_the_same_place() -> None:
+    x, y, z, *q = tool_of(with_zeros(PANDA))
+    turned = [one + zero for one, zero in zip(q, ZEROS, strict=True)]
+    assert (x, y, z, *turned) == pytest.approx(tool_of(MADE), abs=1e-4)

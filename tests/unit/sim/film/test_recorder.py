@@ -39,6 +39,25 @@ def test_a_plant_is_recorded_with_its_looks_and_its_layers(tmp_path: Path) -> No
     assert len(path.read_bytes().splitlines()[-1]) < 200
 
 
+def test_the_camera_on_the_hand_is_recorded_where_it_moves(tmp_path: Path) -> None:
+    recorder = PoseRecorder(tmp_path / "poses.jsonl")
+    plant = make_plant(shipped_scene("fetch"), 0, engine=make_mujoco_engine(), spectators=[recorder])
+    parts = recorder._parts
+    assert parts is not None
+    x, y, z = plant.observe()["tool_position"].value
+    execute(plant, act("move_tool", target=(x, y + 0.1, z), yaw=0.0, speed=0.4), allow, 1e9)
+    seen = parts.scene.camera("hand")
+    execute(plant, act("wait", duration=0.1), allow, 1e9)
+    plant.close()
+    read = read_recording(tmp_path / "poses.jsonl")
+    first, last = read.stage.cameras["hand"], read.samples[-1].cameras["hand"]
+    assert last.eye == pytest.approx(seen.eye, abs=2e-3)
+    assert last.target == pytest.approx(seen.target, abs=2e-3)
+    assert last.eye[1] - first.eye[1] == pytest.approx(0.1, abs=5e-3)
+    assert (last.width, last.field_of_view) == (first.width, first.field_of_view)
+    assert "overhead" not in read.samples[-1].cameras
+
+
 def test_a_full_disk_stops_no_robot(tmp_path: Path) -> None:
     recorder = PoseRecorder(tmp_path / "poses.jsonl")
 

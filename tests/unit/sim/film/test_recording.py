@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -25,6 +26,30 @@ def test_a_recording_is_read_as_it_was_written(tmp_path: Path) -> None:
     read = read_recording(written(tmp_path / "poses.jsonl"))
     assert read.stage == STAGE
     assert read.samples == samples(4)
+
+
+def test_a_joint_that_counts_from_elsewhere_is_kept(tmp_path: Path) -> None:
+    *rows, last = STAGE.robot.rows
+    stage = replace(STAGE, robot=replace(STAGE.robot, rows=(*rows, (*last[:3], 0.25))))
+    path = tmp_path / "poses.jsonl"
+    path.write_text(encode_stage(stage) + encode_sample(samples(1)[0], None), encoding="utf-8")
+    assert read_recording(path).stage == stage
+
+
+def test_a_camera_that_moves_is_read_where_it_was(tmp_path: Path) -> None:
+    (name, camera), *_ = STAGE.cameras.items()
+    at = {number: {name: replace(camera, eye=(0.1 * number, 0.0, 1.0))} for number in (1, 2)}
+    pictures = samples(4)
+    pictures[1:] = [replace(one, cameras=at[min(number, 2)]) for number, one in enumerate(pictures[1:], 1)]
+    lines = [encode_stage(STAGE), encode_sample(pictures[0], None)]
+    lines += [encode_sample(after, before) for before, after in pairwise(pictures)]
+    assert ["cameras" in line for line in lines] == [True, False, True, True, False]
+    path = tmp_path / "poses.jsonl"
+    path.write_text("".join(lines), encoding="utf-8")
+    assert read_recording(path).samples == pictures
+    path.write_text("".join(lines).replace('"cameras":{"top":[', '"cameras":{"side":['), encoding="utf-8")
+    with pytest.raises(RecordingError, match="line 3"):
+        read_recording(path)
 
 
 def test_a_line_has_only_what_differs() -> None:

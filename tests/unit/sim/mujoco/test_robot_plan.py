@@ -9,16 +9,18 @@ from aeros.sim.geometry import UPRIGHT, Pose, compose
 from aeros.sim.mujoco.plans import names_of_joints, names_of_links
 from aeros.sim.mujoco.robot_plan import FINGERS, arm_joints, plan_robot
 from aeros.sim.robot.kinematics import forward_kinematics
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import RobotOptions
-from tests.unit.sim.robot.panda import FLANGE_TO_TOOL, PANDA
+from tests.unit.sim.robot.panda import FLANGE_TO_TOOL, PANDA, with_zeros
 
 
-def test_at_zero_the_links_are_where_the_kinematic_chain_has_them() -> None:
+@pytest.mark.parametrize("model", [PANDA, with_zeros(PANDA)], ids=["panda", "zeros"])
+def test_at_zero_the_links_are_where_the_kinematic_chain_has_them(model: RobotModel) -> None:
     at: dict[str | None, Pose] = {None: Pose((0.0, 0.0, 0.0), UPRIGHT)}
-    for link in plan_robot(RobotOptions(PANDA)):
+    for link in plan_robot(RobotOptions(model)):
         at[link.name] = compose(at[link.parent], link.place)
     tool = compose(at["hand"], Pose((0.0, 0.0, FLANGE_TO_TOOL), UPRIGHT)).position
-    expected, *_ = forward_kinematics(PANDA, np.zeros((1, 7)))
+    expected, *_ = forward_kinematics(model, np.zeros((1, 7)))
     assert tool == pytest.approx(tuple(expected[0].tolist()), abs=1e-12)
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot_file import reference_robot
 
 PANDA = reference_robot()
@@ -15,3 +18,16 @@ FLANGE = PANDA.hand.flange
 FLANGE_TO_TOOL = PANDA.hand.tool
 FINGER_GAP_MAX, FINGER_SPEED = PANDA.hand.widest_gap, PANDA.hand.finger_speed
 TORQUE_THRESHOLDS = PANDA.servos.felt_torque
+ZEROS = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7)
+
+
+def with_zeros(model: RobotModel) -> RobotModel:
+    """Return the same arm, whose joints count from elsewhere: position q there is q + `ZEROS` here, rad."""
+    rows = tuple(
+        (a, alpha, d, zero) for (a, alpha, d, *_), zero in zip(model.body.dh_rows, ZEROS, strict=True)
+    )
+    limits = replace(model.limits, lowest=model.limits.lowest - ZEROS, highest=model.limits.highest - ZEROS)
+    postures = replace(model.postures, ready=model.postures.ready - ZEROS)
+    return replace(
+        model, body=replace(model.body, dh_rows=rows), limits=limits, postures=postures, stock_urdf=None
+    )

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from aeros.sim.robot.kinematics import (
     downward_rotations,
@@ -9,7 +10,8 @@ from aeros.sim.robot.kinematics import (
     solve_ik,
     solve_ik_one,
 )
-from tests.unit.sim.robot.panda import PANDA, Q_MAX, Q_MIN, READY_POSTURE
+from aeros.sim.robot.robot import max_link_speed
+from tests.unit.sim.robot.panda import PANDA, Q_MAX, Q_MIN, READY_POSTURE, ZEROS, with_zeros
 
 
 def test_the_ready_posture_is_where_franka_says() -> None:
@@ -47,3 +49,15 @@ def test_a_solution_depends_on_the_pose_and_not_on_where_the_arm_came_from() -> 
 
 def test_a_pose_out_of_reach_has_no_solution() -> None:
     assert solve_ik_one(PANDA, np.array([1.2, 0.0, 0.3]), 0.0, READY_POSTURE) is None
+
+
+def test_an_arm_whose_joints_count_from_elsewhere_is_the_same_arm() -> None:
+    q = np.array([READY_POSTURE])
+    for turned, expected in zip(
+        forward_kinematics(with_zeros(PANDA), q - ZEROS), forward_kinematics(PANDA, q), strict=True
+    ):
+        assert turned == pytest.approx(expected, abs=1e-12)
+    rates, base = [0.1] * 7, (0.0, 0.0, 0.0)
+    assert max_link_speed(with_zeros(PANDA), (READY_POSTURE - ZEROS).tolist(), rates, base) == pytest.approx(
+        max_link_speed(PANDA, READY_POSTURE.tolist(), rates, base)
+    )

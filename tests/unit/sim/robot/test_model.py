@@ -19,7 +19,7 @@ def test_solutions_keep_20_mrad_inside_the_limits() -> None:
 def test_the_constants_of_the_chain_are_those_of_its_rows() -> None:
     assert PANDA.joint_count == len(PANDA.mountings) == 7
     cosines, sines = PANDA.twists
-    for place, (length, twist, offset) in enumerate(PANDA.body.dh_rows):
+    for place, (length, twist, offset, *_) in enumerate(PANDA.body.dh_rows):
         assert cosines[place, 0] == pytest.approx(cos(twist))
         assert sines[place, 0] == pytest.approx(sin(twist))
         expected = (length, -sin(twist) * offset, cos(twist) * offset)

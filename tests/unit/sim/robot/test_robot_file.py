@@ -247,7 +247,8 @@ def test_a_site_that_allows_more_than_its_robot_is_refused(
         robot_of(site_with(tmp_path, old, new))
     (found,) = error.value.diagnostics
     assert cause in found.headline
-    assert place_of(found)[:2] == ("cell.yaml", 4)
+    assert found.primary is not None
+    assert found.primary.span.text == "robot: panda"
     assert found.help
 
 

@@ -23,7 +23,7 @@ from aeros.spec.elaborate.load import load_site
 from tests.modules.robot import Robot
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.ground_truth import is_done
-from tools.fit_robot import read_mesh
+from tools.urdf_shapes import read_mesh
 
 ARM = read_robot("kuka_iiwa14")
 FOLDER = Path(DATA) / "kuka_iiwa"
@@ -129,6 +129,13 @@ def test_its_site_allows_no_more_than_it_can() -> None:
             marks=pytest.mark.deep,
         ),
         pytest.param(
+            "bullet at 480 Hz",
+            "fetch_object",
+            "fetch",
+            ("navigate", "detect", "grasp", "deliver"),
+            marks=pytest.mark.deep,
+        ),
+        pytest.param(
             "bullet", "make_dumplings", "dumpling_bench", ("prepare", "wrap", "boil"), marks=pytest.mark.deep
         ),
     ],
@@ -136,7 +143,8 @@ def test_its_site_allows_no_more_than_it_can() -> None:
 def test_shipped_skills_reach_the_goal_by_truth(
     engine: str, module: str, scene: str, skills: tuple[str, ...]
 ) -> None:
-    made = make_mujoco_engine() if engine == "mujoco" else make_bullet_engine()
+    steps = 2 if engine == "bullet at 480 Hz" else 1
+    made = make_mujoco_engine() if engine == "mujoco" else make_bullet_engine(steps)
     with closing(make_plant(shipped_scene(scene), 3, robot=ARM, engine=made)) as plant:
         robot = Robot(module, plant)
         assert not is_done(plant)

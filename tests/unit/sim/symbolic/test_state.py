@@ -4,23 +4,30 @@ from __future__ import annotations
 
 from fractions import Fraction
 from math import nextafter, pi
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
+from aeros.sim.robot.kinematics import forward_kinematics
+from aeros.sim.robot.robot_file import robot_of
 from aeros.sim.symbolic.state import answers_of_tools, as_reading, initial_values
+from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
+from tests.repo.tree import ROOT
 from tests.unit.runtime.conftest import declare
 
 JOINTS = EnumType("joints", tuple(f"j{number}" for number in range(1, 8)))
 CELLS = EnumType("cells", ("a", "b"))
 METRES = RealType(LENGTH)
+SITES = sorted((ROOT / "aeros" / "sites").glob("*.yaml"))
 
 
 def state(name: str, type_: Type, low: str | None = "-10", high: str = "10") -> Declared:
@@ -29,7 +36,7 @@ def state(name: str, type_: Type, low: str | None = "-10", high: str = "10") -> 
 
 
 def initial(*declared: Declared, **given: Any) -> dict[str, Any]:
-    site = cast("Site", SimpleNamespace(state={one.name: one for one in declared}))
+    site = cast("Site", SimpleNamespace(robot=None, state={one.name: one for one in declared}))
     return initial_values(site, given)
 
 
@@ -109,3 +116,18 @@ def test_exact_values_become_doubles_inside_their_range() -> None:
     third = as_reading((Fraction(1, 3), True, "word", 0.25), state("x", METRES, None))
     assert third == (1 / 3, True, "word", 0.25)
     assert type(third[0]) is float
+
+
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "aeros" / "sites").glob("*.yaml")), ids=lambda path: path.stem
+)
+def test_the_robot_of_a_site_begins_in_its_ready_posture(path: Path) -> None:
+    site = load_site(path, Diagnostics())
+    assert site is not None
+    values, robot = initial_values(site, {}), robot_of(site)
+    assert values["joint_position"] == pytest.approx(robot.postures.ready.tolist())
+    tool, _, _ = forward_kinematics(robot, robot.postures.ready[None, :])
+    assert values["tool_position"] == pytest.approx(tool[0].tolist(), abs=1e-3)
+    assert site.motion is not None
+    within = zip(site.motion.lowest, values["joint_position"], site.motion.highest, strict=True)
+    assert all(low < position < high for low, position, high in within)

@@ -1,0 +1,130 @@
+"""Chains that `tools/fit_robot.py` makes of URDF files, against the same files in PyBullet."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aeros.kinematic_chain import frames_of, mounting_of, zero_angle
+from aeros.sim.bullet.client import DATA, bullet
+from tools.fit_link_hulls import Points
+from tools.fit_robot import Joint, denavit_hartenberg, main, read_chain, ready_posture
+from tools.urdf_shapes import find_mesh, link_vertices, read_urdf
+
+XARM = Path(DATA) / "xarm" / "xarm6_robot.urdf"
+IIWA = Path(DATA) / "kuka_iiwa" / "model.urdf"
+
+_BOX = """\
+<robot name="box"><link name="base"><collision><geometry>{collision}</geometry></collision>
+<visual><geometry><mesh filename="look.dae"/></geometry></visual></link></robot>
+"""
+
+
+def _tips(path: Path, joints: list[Joint], q: list[float]) -> list[Points]:
+    """Place of each URDF link, as PyBullet has it: (4, 4)."""
+    client = bullet.connect(bullet.DIRECT)
+    body = bullet.loadURDF(str(path), useFixedBase=True, physicsClientId=client)
+    numbers = {
+        bullet.getJointInfo(body, number, physicsClientId=client)[12].decode(): number
+        for number in range(bullet.getNumJoints(body, physicsClientId=client))
+    }
+    moved = [numbers[joint.child] for joint in joints]
+    for number, angle in zip(moved, q, strict=True):
+        bullet.resetJointState(body, number, angle, physicsClientId=client)
+    found = []
+    for state in bullet.getLinkStates(body, moved, computeForwardKinematics=1, physicsClientId=client):
+        pose: Points = np.eye(4)
+        pose[:3, :3] = np.array(bullet.getMatrixFromQuaternion(state[5])).reshape(3, 3)
+        pose[:3, 3] = state[4]
+        found.append(pose)
+    bullet.disconnect(client)
+    return found
+
+
+@pytest.mark.parametrize("path", [XARM, IIWA], ids=["xarm6", "iiwa"])
+def test_the_chain_is_that_of_the_urdf_in_any_posture(path: Path) -> None:
+    _, joints = read_chain(read_urdf(path))
+    rows, offsets = denavit_hartenberg(joints)
+    q = np.linspace(-0.9, 1.1, len(rows)).tolist()
+    frames = frames_of([mounting_of(row) for row in rows], q)[1:]
+    for frame, offset, expected in zip(frames, offsets, _tips(path, joints, q), strict=True):
+        pose: Points = np.eye(4)
+        pose[:3, :] = np.array([frame.x, frame.y, frame.z, frame.origin]).T
+        assert pose @ offset == pytest.approx(expected, abs=2e-5)
+
+
+def test_parallel_axes_that_are_beside_each_other_get_a_zero() -> None:
+    _, joints = read_chain(read_urdf(XARM))
+    zeros = [zero_angle(row) for row in denavit_hartenberg(joints)[0]]
+    assert zeros == pytest.approx([0.0, -1.384918, 1.384918, 0.0, 0.0, 0.0], abs=1e-4)
+
+
+def test_a_first_axis_beside_the_base_is_refused() -> None:
+    _, joints = read_chain(read_urdf(IIWA))
+    first = joints[0]._replace(place=joints[0].place + np.array([[0.0, 0.0, 0.0, 0.1]] * 3 + [[0.0] * 4]))
+    with pytest.raises(SystemExit, match="joint 1 is not normal to the base's x, or passes beside it"):
+        denavit_hartenberg([first, *joints[1:]])
+
+
+def test_in_the_ready_posture_the_tool_points_down() -> None:
+    _, joints = read_chain(read_urdf(XARM))
+    rows, _ = denavit_hartenberg(joints)
+    lowest, highest = (np.array([getattr(one, end) for one in joints]) for end in ("lowest", "highest"))
+    ready = ready_posture(rows, 0.045, 0.0, lowest, highest)
+    assert ready is not None
+    assert ((lowest < ready) & (ready < highest)).all()
+    frame = frames_of([mounting_of(row) for row in rows], ready.tolist())[-1]
+    assert frame.z == pytest.approx((0.0, 0.0, -1.0), abs=1e-5)
+    assert frame.x == pytest.approx((1.0, 0.0, 0.0), abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("shape", "corner"),
+    [
+        ('<box size="0.2 0.4 0.6"/>', (0.1, 0.2, 0.3)),
+        ('<cylinder radius="0.1" length="0.4"/>', (0.1 / np.cos(np.pi / 16),) * 2 + (0.2,)),
+        ('<sphere radius="0.1"/>', (0.1, 0.1, 0.1)),
+    ],
+)
+def test_simple_shapes_are_enclosed_and_pictures_of_other_formats_left_out(
+    tmp_path: Path, shape: str, corner: tuple[float, ...]
+) -> None:
+    urdf = tmp_path / "box.urdf"
+    urdf.write_text(_BOX.format(collision=shape), encoding="utf-8")
+    (link,) = read_urdf(urdf).findall("link")
+    points = link_vertices(link, urdf)
+    assert points.max(axis=0) == pytest.approx(corner)
+    assert points.min(axis=0) == pytest.approx([-one for one in corner])
+
+
+def test_a_mesh_of_a_package_is_found_above_the_urdf(tmp_path: Path) -> None:
+    for folder in ("arm_description/urdf", "arm_description/meshes"):
+        (tmp_path / folder).mkdir(parents=True)
+    mesh = tmp_path / "arm_description" / "meshes" / "one.stl"
+    mesh.touch()
+    urdf = tmp_path / "arm_description" / "urdf" / "arm.urdf"
+    assert find_mesh("package://arm_description/meshes/one.stl", urdf) == mesh
+    with pytest.raises(SystemExit, match="no file `arm_description/meshes/two"):
+        find_mesh("package://arm_description/meshes/two.stl", urdf)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ('<robot><link name="a"/><link name="b"/></robot>', "not one chain of revolute joints"),
+        ("<robot>", "no element found"),
+        (None, "No such file"),
+    ],
+)
+def test_a_urdf_that_cannot_be_used_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: str | None, message: str
+) -> None:
+    urdf = tmp_path / "arm.urdf"
+    if content is not None:
+        urdf.write_text(content, encoding="utf-8")
+    monkeypatch.setattr(sys, "argv", ["fit_robot", str(urdf), "arm", "0.1", "0"])
+    with pytest.raises(SystemExit, match=message):
+        main()
