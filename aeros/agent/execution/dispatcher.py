@@ -232,8 +232,11 @@ class Dispatcher:
         record = SuccessRecord(0, 0)
         if weakest is not None:
             record = self._memory.success_record(*weakest, contexts[weakest])
-        took = [self._memory.typical_duration(ecm.id, skill.id, ecm.code_digest) for ecm, skill in one.runs]
-        seconds = [one.median for one in took if one is not None]
+        took = [
+            self._memory.recent_duration(ecm.id, skill.id, ecm.code_digest, contexts[ecm.id, skill.id])
+            for ecm, skill in one.runs
+        ]
+        seconds = [one for one in took if one is not None]
         return ProviderOption(
             one.name,
             record,
