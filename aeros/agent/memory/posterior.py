@@ -132,8 +132,8 @@ def weigh_tries(tries: Sequence[tuple[Hashable, bool]]) -> dict[Hashable, Recent
 def recent_median(values: Sequence[tuple[int, float]]) -> float:
     """Compute the median of values that are weighed by their age.
 
-    A value of age n weighs FORGETTING^n. Half of the weight of a series is on its latest five or six values, so a
-    change is noticed after as many.
+    A value of age n weighs FORGETTING^n. Half of the weight of a series is on its latest five or six values.
+    So a change is noticed after as many.
 
     Args:
         values: for each value its age, the number of later tries, and the value; at least one.
