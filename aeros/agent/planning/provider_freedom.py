@@ -86,12 +86,12 @@ def accepted_places(
     """
     if is_accepted(with_capabilities(graph, replacements)):
         return list(replacements)
-    taken: list[int] = []
+    accepted: list[int] = []
     for place in list(replacements)[:MAX_CHECKS] if len(replacements) > 1 else ():
-        tried = {one: replacements[one] for one in (*taken, place)}
+        tried = {one: replacements[one] for one in (*accepted, place)}
         if is_accepted(with_capabilities(graph, tried)):
-            taken.append(place)
-    return taken
+            accepted.append(place)
+    return accepted
 
 
 def _capabilities(skill: str, modules: Mapping[str, Ecm]) -> Iterator[tuple[str, str, list[str]]]:

@@ -17,6 +17,7 @@ from aeros.spec.expr.effects import QuantityRange
 from aeros.spec.expr.units import format_number
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.configured import BoundNames
+from aeros.spec.model.expected_time import UNKNOWN_DURATION_S
 from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.perception import Definition, Perceiver, Thing
 from aeros.spec.model.policy import Access, WorkerLimits
@@ -61,6 +62,11 @@ class Outcome:
         """Its effects, and the values that follow from them."""
         decided = {name: value for name, value in self.consequences.items() if value is not None}
         return {**self.effects, **decided} if decided else self.effects
+
+    @property
+    def known_duration(self) -> Fraction:
+        """Its duration, s, or what an outcome without one counts as."""
+        return Fraction(UNKNOWN_DURATION_S) if self.duration is None else self.duration
 
     @property
     def unsettled(self) -> tuple[str, ...]:

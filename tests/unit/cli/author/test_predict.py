@@ -46,12 +46,13 @@ def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.Captur
         "clean_table.sponge_seen = true, "
         "clean_table.table_organized = false, clean_table.table_verified = false, "
         "clean_table.table_wiped = false, clean_table.wiping_area_clear = true",
-        "success probability     0.91  = 91/100",
-        "failure probability     0.09  = 9/100",
-        "expected invocations    3.21  = 321/100",
-        "  of these, retries     0.3   = 3/10",
-        "  of these, recoveries  0.09  = 9/100",
-        "expected re-plans       0     = 0",
+        "success probability         0.91   = 91/100",
+        "failure probability         0.09   = 9/100",
+        "expected invocations        3.21   = 321/100",
+        "  of these, retries         0.3    = 3/10",
+        "  of these, recoveries      0.09   = 9/100",
+        "expected re-plans           0      = 0",
+        "expected time in skills, s  72.46  = 3623/50",
     ]
 
 
@@ -155,6 +156,15 @@ def test_remembered_outcomes_take_the_place_of_declared_ones(
     assert predictions(capsys, CLEAN, *remembered)["success"] == declared["success"]
     there = predictions(capsys, CLEAN, *remembered, "--plant", "symbolic")
     assert there["success"]["decimal"] < 0.8 < declared["success"]["decimal"]
+    # A streaky wipe of 33 s took 9 s.
+    assert predictions(capsys, CLEAN, *remembered)["seconds"] == declared["seconds"]
+    assert there["seconds"]["decimal"] < declared["seconds"]["decimal"]
+
+
+def test_there_is_no_expected_time_where_a_composition_may_run(capsys: pytest.CaptureFixture[str]) -> None:
+    serve = predictions(capsys, str(ROOT / "ecms" / "serve_table"), "--ecms", str(ROOT / "ecms"))
+    assert "invocations" in serve
+    assert "seconds" not in serve
 
 
 def test_a_folder_without_memory_is_a_usage_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
