@@ -200,7 +200,7 @@ def _forget(database: sqlite3.Connection, which: DeletionFilter) -> DeletedRows:
     database.execute("VACUUM")
     database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
     deleted = [before_ - after for before_, after in zip(there, left, strict=True)]
-    return DeletedRows(*deleted, changes - sum(deleted))
+    return DeletedRows(*(*deleted, changes - sum(deleted)))
 
 
 def _row_counts(database: sqlite3.Connection) -> list[int]:
