@@ -19,13 +19,12 @@ from aeros.agent.planning.provider_freedom import accepted_places, capability_st
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph
 from aeros.agent.planning.time_limited import (
-    MOST_REASON,
     PlannerProcess,
     PlannerProcessError,
     PlanningTimeoutError,
+    planner_failure,
 )
 from aeros.agent.world.world import WorldModel
-from aeros.descriptions import describe_exception
 from aeros.runtime.ports import Runtime
 from aeros.spec.model.ecm import Ecm
 
@@ -80,7 +79,7 @@ class PlannerClient:
             try:
                 return self._planner.plan(routed, world, modules)
             except Exception as error:  # an untrusted planner may raise anything
-                raise PlannerProcessError(describe_exception(error, MOST_REASON, one_line=True)) from error
+                raise PlannerProcessError(planner_failure(error)) from error
 
         modules = dict(modules)  # read before the process begins, which must not use the memory's connection
 
@@ -96,7 +95,7 @@ class PlannerClient:
         try:
             return replace(plan_from_json(form, self._runtime.site), remark=remark)
         except MalformedPlanError as error:
-            raise PlannerProcessError(describe_exception(error, MOST_REASON, one_line=True)) from error
+            raise PlannerProcessError(planner_failure(error)) from error
 
     def remaining_plan(
         self, previous: TaskGraph, routed: RoutedTask, world: WorldModel, until: float = inf
