@@ -97,7 +97,7 @@ def read_typical_duration(
         database: connection to the memory.
         module: id of the module.
         skill: id of the skill.
-        origin: plant, and digest of the module's code, that must agree; None for all.
+        origin: plant, and digest of the module's code and parameters, that must agree; None for all.
 
     Returns:
         Median and quartiles (s); None if there are no successes.
@@ -123,7 +123,7 @@ def read_recent_duration(
         database: connection to the memory.
         module: id of the module.
         skill: id of the skill.
-        origin: plant, and digest of the module's code, that must agree.
+        origin: plant, and digest of the module's code and parameters, that must agree.
         context: context that must agree, if there is any success in it.
 
     Returns:
@@ -176,7 +176,7 @@ def read_experience(
         database: connection to the memory.
         module: id of the module.
         skill: id of the skill.
-        origin: plant, and digest of the module's code, that must agree.
+        origin: plant, and digest of the module's code and parameters, that must agree.
         until: number of the last episode to list; None for all.
 
     Returns:

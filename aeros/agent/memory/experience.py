@@ -50,7 +50,7 @@ class ExperiencedEnd(NamedTuple):
 
 
 ExperienceSource = Callable[[str, str, str], Sequence[ExperiencedEnd]]
-"""Reader of the ends of a skill, newest first, by module, skill and digest of the module's code."""
+"""Reader of a skill's ends, newest first, by module, skill, and digest of the code and parameters."""
 
 
 class ExperiencedModules(Mapping[str, Ecm]):
@@ -106,7 +106,7 @@ def _ends_of_skills(
     owners = {ecm.id: ecm, **ecm.foreign.owners}
     for name, skill in ecm.callable_skills.items():
         owner, own_name = owner_of(name, ecm.id)
-        yield name, skill, source(owner, own_name, owners[owner].code_digest)
+        yield name, skill, source(owner, own_name, owners[owner].behaviour_digest)
 
 
 def experienced_beliefs(ecm: Ecm, source: ExperienceSource) -> AgentBeliefs:

@@ -53,7 +53,7 @@ class EpisodeStart:
         started: plant time (s).
         before: predicates as measured, JSON values.
         context: context in which the step's ending is evidence; see `context.py`.
-        code: digest of the module's code.
+        code: digest of the module's code and parameters.
     """
 
     task: str
@@ -233,7 +233,7 @@ class Memory:
         Args:
             module: id of the module.
             skill: id of the skill.
-            code: digest of the module's code; the durations of other code are no evidence.
+            code: digest of the module's code and parameters; the durations of another are no evidence.
 
         Returns:
             Median and quartiles (s); None if there are no successes.
@@ -248,7 +248,7 @@ class Memory:
         Args:
             module: id of the module.
             skill: id of the skill.
-            code: digest of the module's code; the durations of other code are no evidence.
+            code: digest of the module's code and parameters; the durations of another are no evidence.
             context: context that must agree; without a success in it, all contexts count.
 
         Returns:
@@ -266,7 +266,7 @@ class Memory:
         Args:
             module: id of the module.
             skill: id of the skill.
-            code: digest of the module's code, which must agree.
+            code: digest of the module's code and parameters, which must agree.
             until: number of the last episode to list; None for all.
 
         Returns:

@@ -5,6 +5,8 @@ Only `elaborate` builds it; obligations, the gate and planners read it.
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -440,6 +442,17 @@ class Ecm:
     def configuration(self) -> Mapping[str, str]:
         """The site's name for everything that it needs, and the value of each parameter, by its own names."""
         return {**self.names.bindings, **self.names.parameters}
+
+    @property
+    def behaviour_digest(self) -> str:
+        """Digest of its code and of the values of its parameters, which decide how well its skills do.
+
+        That of its code alone if it has no parameters.
+        """
+        if not self.names.parameters:
+            return self.code_digest
+        values = json.dumps([self.code_digest, dict(self.names.parameters)], sort_keys=True)
+        return hashlib.sha256(values.encode()).hexdigest()
 
     @property
     def task_parameters(self) -> Mapping[str, TaskParameter]:

@@ -97,7 +97,7 @@ class Unsolvable:
         raise NoPlanError("no plan reaches\nthe goal: nothing boils")
 
 
-def test_why_there_is_no_plan_is_said_without_the_name_of_an_exception(tmp_path: Path) -> None:
+def test_the_reason_why_there_is_no_plan_has_no_name_of_an_exception(tmp_path: Path) -> None:
     for within in (None, WITHIN):
         with start_agent(tmp_path / str(within), "chef", FakeRuntime(), Unsolvable(), within=within) as agent:
             reason = agent.run("Make dumplings!").reason

@@ -146,7 +146,7 @@ def test_remembered_outcomes_take_the_place_of_declared_ones(
 ) -> None:
     ecm, _ = read_module(Path(CLEAN), (), None, {})
     with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "panda", "", 1), "symbolic") as memory:
-        start = EpisodeStart("t.t", "clean_table", "wipe", "step", {}, 0.0, {}, "{}", ecm.code_digest)
+        start = EpisodeStart("t.t", "clean_table", "wipe", "step", {}, 0.0, {}, "{}", ecm.behaviour_digest)
         for _ in range(60):
             ending = EpisodeEnd("finished", "streaky", True, "", 9.0, {}, counts_toward_record=True)
             memory.end_episode(memory.start_episode(start), ending)
