@@ -56,7 +56,7 @@ _LABELS = {
     "retries": "  of these, retries",
     "recoveries": "  of these, recoveries",
     "replans": "expected re-plans",
-    "seconds": "expected time in skills, s",
+    "seconds": "expected time, s",
 }
 
 _EXAMPLES = """\

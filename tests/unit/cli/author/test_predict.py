@@ -46,13 +46,13 @@ def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.Captur
         "clean_table.sponge_seen = true, "
         "clean_table.table_organized = false, clean_table.table_verified = false, "
         "clean_table.table_wiped = false, clean_table.wiping_area_clear = true",
-        "success probability         0.91   = 91/100",
-        "failure probability         0.09   = 9/100",
-        "expected invocations        3.21   = 321/100",
-        "  of these, retries         0.3    = 3/10",
-        "  of these, recoveries      0.09   = 9/100",
-        "expected re-plans           0      = 0",
-        "expected time in skills, s  72.46  = 3623/50",
+        "success probability     0.91   = 91/100",
+        "failure probability     0.09   = 9/100",
+        "expected invocations    3.21   = 321/100",
+        "  of these, retries     0.3    = 3/10",
+        "  of these, recoveries  0.09   = 9/100",
+        "expected re-plans       0      = 0",
+        "expected time, s        72.46  = 3623/50",
     ]
 
 
