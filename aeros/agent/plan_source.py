@@ -17,6 +17,7 @@ from aeros.agent.planning.planner_client import PlannerClient
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph, verify_plan
 from aeros.agent.planning.time_limited import MOST_REASON, PlannerProcessError, PlanningTimeoutError
+from aeros.agent.world.world import WorldModel
 from aeros.descriptions import describe_exception
 from aeros.runtime.ports import Runtime
 
@@ -75,7 +76,7 @@ class PlanSource:
             return self._reject_plan([f"the planner failed: {reason}"])
         if problems:
             return self._reject_plan(problems)
-        self._attempts.observe()
+        graph = self._with_provider_choice(graph, self._attempts.observe(), until)
         self.last_problems, self._followed = [], graph
         text, details = _plan_event(graph)
         self._journal.record(
@@ -108,6 +109,14 @@ class PlanSource:
         if rest is None or self._plan_problems(rest):
             return None
         return replace(rest, remark="it came with the meaning of the instruction")
+
+    def _with_provider_choice(self, graph: TaskGraph, world: WorldModel, until: float) -> TaskGraph:
+        """Let the agent choose among the providers of a capability where the plan names one of them."""
+        freer = self._proposals.with_provider_choice(graph, self._routed, world, self._barred_skills, until)
+        if freer is graph:
+            return graph
+        self._attempts.observe()  # the check may take time
+        return graph if self._plan_problems(freer) else freer
 
     def _fall_back_to_previous_plan(self, late: str, until: float) -> TaskGraph | PlanFailure:
         """Return the rest of the previous plan if it still leads to the goal, else a failure."""

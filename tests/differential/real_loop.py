@@ -48,6 +48,9 @@ class Forgetful(Memory):
     def recent_records(self, contexts: Mapping[SkillId, str]) -> Mapping[SkillId, RecentRecord]:
         return dict.fromkeys(contexts, RecentRecord())
 
+    def recent_duration(self, module: str, skill: str, code: str, context: str) -> float | None:
+        return None
+
     def typical_duration(self, module: str, skill: str, code: str = "") -> None:
         return None
 

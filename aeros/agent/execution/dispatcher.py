@@ -168,10 +168,10 @@ class Dispatcher:
             skill,
             context,
             self._memory.success_record(owner.id, skill.id),
-            self._memory.typical_duration(owner.id, skill.id, owner.code_digest),
+            self._memory.typical_duration(owner.id, skill.id, owner.behaviour_digest),
             choice,
             module,
-            owner.code_digest,
+            owner.behaviour_digest,
         )
 
     def _candidate(
@@ -232,8 +232,11 @@ class Dispatcher:
         record = SuccessRecord(0, 0)
         if weakest is not None:
             record = self._memory.success_record(*weakest, contexts[weakest])
-        took = [self._memory.typical_duration(ecm.id, skill.id, ecm.code_digest) for ecm, skill in one.runs]
-        seconds = [one.median for one in took if one is not None]
+        took = [
+            self._memory.recent_duration(ecm.id, skill.id, ecm.behaviour_digest, contexts[ecm.id, skill.id])
+            for ecm, skill in one.runs
+        ]
+        seconds = [one for one in took if one is not None]
         return ProviderOption(
             one.name,
             record,

@@ -1,10 +1,10 @@
 """Context of a step's ending: what must agree before a record is evidence for another try.
 
-It consists of the task, the code digest of the module (another version's record says little of this one), and
-the measured predicates that the preconditions of the step's skills read. If the step names a capability,
-these are the preconditions of all providers, so that their records are about the same situations. Where a
-task says the kind of a thing, as of the object to be held, the kind agrees, too. Inputs and quantities are
-left out, because they seldom repeat.
+It consists of the task, the digest of the module's code and parameters (the record of another version, or
+with other values, says little), and the measured predicates that the preconditions of the step's skills
+read. If the step names a capability, these are the preconditions of all providers, so that their records
+are about the same situations. Where a task says the kind of a thing, as of the object to be held, the kind
+agrees, too. Inputs and quantities are left out, because they seldom repeat.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def evidence_context(
     read = {name for term in conditions for name in t.variables_of(term)}
     read |= {thing.kind_from for one in (module, *others) for thing in one.things.values() if thing.kind_from}
     predicates = {name: world.predicates[name] for name in read & world.predicates.keys()}
-    code = " ".join([module.code_digest, *sorted({one.code_digest for one in others})])
+    code = " ".join([module.behaviour_digest, *sorted({one.behaviour_digest for one in others})])
     return json.dumps({"task": task, "code": code, "predicates": predicates}, sort_keys=True)
 
 
@@ -53,4 +53,4 @@ def context_in_any_state(task: str, module: Ecm) -> str:
     Returns:
         Canonical JSON without predicates; `evidence` lets every context with the task and the code agree.
     """
-    return json.dumps({"task": task, "code": module.code_digest}, sort_keys=True)
+    return json.dumps({"task": task, "code": module.behaviour_digest}, sort_keys=True)

@@ -6,6 +6,7 @@ transaction.
 
 from __future__ import annotations
 
+import json
 import re
 import sqlite3
 from collections.abc import Callable
@@ -22,7 +23,7 @@ from aeros.agent.memory.things import THING
 
 @dataclass(frozen=True, slots=True)
 class DeletedRows:
-    """Numbers of rows deleted from memory, by table.
+    """Numbers of rows deleted from memory, by table, and of values deleted in other rows.
 
     Attributes:
         sessions: number of sessions.
@@ -30,6 +31,7 @@ class DeletedRows:
         events: number of events.
         facts: number of learned facts.
         sightings: number of variables seen, in each session.
+        values: number of values, contexts, reasons and causes that the remaining episodes lost.
     """
 
     sessions: int
@@ -37,6 +39,7 @@ class DeletedRows:
     events: int
     facts: int
     sightings: int
+    values: int = 0
 
 
 DeletionFilter: TypeAlias = Callable[[sqlite3.Connection], object]
@@ -66,7 +69,10 @@ def filter_by_skill(name: str) -> DeletionFilter:
 
 
 def filter_by_variable(name: str) -> DeletionFilter:
-    """Select what was seen of a variable or of a thing.
+    """Select what was seen of a variable or of a thing, and every event and fact that mentions it.
+
+    What was seen of a thing goes with each variable that it follows from. Episodes lose the values of the
+    variable, and the contexts, reasons and causes that mention it.
 
     Args:
         name: name of the variable or of the thing.
@@ -74,9 +80,45 @@ def filter_by_variable(name: str) -> DeletionFilter:
     Returns:
         A function that deletes these rows.
     """
-    prefix = f"{THING}{name} "
-    sql = "DELETE FROM sightings WHERE variable = ? OR substr(variable, 1, ?) = ?"
-    return lambda database: database.execute(sql, (name, len(prefix), prefix))
+    mentioned = re.compile(rf"(?<![\w.]){re.escape(name)}(?!\w)")
+
+    def forget(database: sqlite3.Connection) -> None:
+        database.create_function(
+            "mentions", 1, lambda text: text is not None and mentioned.search(text) is not None
+        )
+        database.create_function("without_value", 1, lambda text: _without_value(text, name))
+        for table, condition in (
+            ("events", "mentions(details)"),
+            ("facts", "mentions(key) OR mentions(value)"),
+        ):
+            database.execute(f"DELETE FROM {table} WHERE {condition}")  # noqa: S608  of this file
+        for column, value in _EPISODE_COLUMNS.items():
+            database.execute(f"UPDATE episodes SET {column} = {value} WHERE mentions({column})")  # noqa: S608
+        things, of_module = f"{THING}{name} ", f"{THING}{name.rpartition('.')[0]}."
+        starts = "DELETE FROM sightings WHERE substr(variable, 1, ?) = ?"
+        database.execute(starts, (len(things), things))
+        # Older versions did not keep which variables an attribute follows from.
+        is_variable = "EXISTS (SELECT 1 FROM sightings WHERE variable = ?)"
+        older = f"{starts} AND derived_from IS NULL AND {is_variable}"
+        database.execute(older, (len(of_module), of_module, name))
+        database.execute("DELETE FROM sightings WHERE variable = ? OR mentions(derived_from)", (name,))
+
+    return forget
+
+
+_EPISODE_COLUMNS: Final = {
+    "before": "without_value(before)",
+    "after": "without_value(after)",
+    "context": "NULL",
+    "reason": "''",
+    "causes": "NULL",
+}
+"""New values of the columns of an episode that mention a variable which is forgotten."""
+
+
+def _without_value(text: str, name: str) -> str:
+    """Remove a variable from a JSON object of values."""
+    return json.dumps({key: value for key, value in json.loads(text).items() if key != name}, sort_keys=True)
 
 
 def filter_by_session(number: int) -> DeletionFilter:
@@ -147,9 +189,9 @@ def forget(folder: Path, path: Path, rows: DeletionFilter) -> DeletedRows:
 def _forget(database: sqlite3.Connection, which: DeletionFilter) -> DeletedRows:
     database.execute("BEGIN IMMEDIATE")
     try:
-        there = _row_counts(database)
+        there, changes = _row_counts(database), database.total_changes
         which(database)
-        left = _row_counts(database)
+        left, changes = _row_counts(database), database.total_changes - changes
         database.execute("COMMIT")
     except BaseException:
         database.execute("ROLLBACK")
@@ -157,7 +199,8 @@ def _forget(database: sqlite3.Connection, which: DeletionFilter) -> DeletedRows:
     # Pages that were freed earlier, and the log of writes, may hold it still.
     database.execute("VACUUM")
     database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-    return DeletedRows(*(before_ - after for before_, after in zip(there, left, strict=True)))
+    deleted = [before_ - after for before_, after in zip(there, left, strict=True)]
+    return DeletedRows(*(*deleted, changes - sum(deleted)))
 
 
 def _row_counts(database: sqlite3.Connection) -> list[int]:

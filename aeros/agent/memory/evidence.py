@@ -18,6 +18,7 @@ from aeros.agent.memory.posterior import (
     NO_RESULTS,
     RecentRecord,
     SuccessRecord,
+    recent_median,
     weigh_tries,
 )
 
@@ -96,7 +97,7 @@ def read_typical_duration(
         database: connection to the memory.
         module: id of the module.
         skill: id of the skill.
-        origin: plant, and digest of the module's code, that must agree; None for all.
+        origin: plant, and digest of the module's code and parameters, that must agree; None for all.
 
     Returns:
         Median and quartiles (s); None if there are no successes.
@@ -111,6 +112,32 @@ def read_typical_duration(
         return None
     low, median, high = quantiles(took * 2 if len(took) == 1 else took, method="inclusive")
     return DurationStats(median, low, high, len(took))
+
+
+def read_recent_duration(
+    database: sqlite3.Connection, module: str, skill: str, origin: tuple[str, str], context: str
+) -> float | None:
+    """Compute a duration as `Memory.recent_duration` does.
+
+    Args:
+        database: connection to the memory.
+        module: id of the module.
+        skill: id of the skill.
+        origin: plant, and digest of the module's code and parameters, that must agree.
+        context: context that must agree, if there is any success in it.
+
+    Returns:
+        The duration, s; None if there are no successes.
+    """
+    sql = f"""SELECT episodes.ended - started, {_AGREES.format(asked=":context")}
+              FROM episodes JOIN sessions ON sessions.id = session
+              WHERE module = :module AND skill = :skill AND counts = 1 AND failed = 0
+              AND plant = :plant AND code = :code ORDER BY episodes.id DESC"""  # noqa: S608  a constant
+    plant, code = origin
+    asked = {"module": module, "skill": skill, "plant": plant, "code": code, "context": context}
+    rows = database.execute(sql, asked).fetchall()
+    took = [seconds for seconds, agrees in rows if agrees] or [seconds for seconds, _ in rows]
+    return recent_median(list(enumerate(took[:MAX_WEIGHED_TRIES]))) if took else None
 
 
 def read_recent_records(
@@ -149,7 +176,7 @@ def read_experience(
         database: connection to the memory.
         module: id of the module.
         skill: id of the skill.
-        origin: plant, and digest of the module's code, that must agree.
+        origin: plant, and digest of the module's code and parameters, that must agree.
         until: number of the last episode to list; None for all.
 
     Returns:

@@ -5,9 +5,9 @@ agent's memory: with declared probability P and n weighed results, k of them thi
 
     p = (k + PRIOR_TRIES * P) / (n + PRIOR_TRIES)
 
-and the median of its latest durations. So few results change little. A result weighs FORGETTING^m after m
-later tries of the same skill (`posterior.py`). A failure that no outcome declares counts for the declared
-failures, in their proportions. Only results on the same plant and of the same code count.
+and the median of its latest durations, which are weighed, too. So few results change little. A result weighs
+FORGETTING^m after m later tries of the same skill (`posterior.py`). A failure that no outcome declares counts
+for the declared failures, in their proportions. Only results on the same plant and of the same code count.
 """
 
 from __future__ import annotations
@@ -16,10 +16,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import groupby
-from statistics import median
 from typing import Final, NamedTuple
 
-from aeros.agent.memory.posterior import FORGETTING
+from aeros.agent.memory.posterior import FORGETTING, recent_median
 from aeros.spec.closed_loop.giving_up import (
     PRIOR_TRIES,
     AgentBeliefs,
@@ -51,7 +50,7 @@ class ExperiencedEnd(NamedTuple):
 
 
 ExperienceSource = Callable[[str, str, str], Sequence[ExperiencedEnd]]
-"""Reader of the ends of a skill, newest first, by module, skill and digest of the module's code."""
+"""Reader of a skill's ends, newest first, by module, skill, and digest of the code and parameters."""
 
 
 class ExperiencedModules(Mapping[str, Ecm]):
@@ -107,7 +106,7 @@ def _ends_of_skills(
     owners = {ecm.id: ecm, **ecm.foreign.owners}
     for name, skill in ecm.callable_skills.items():
         owner, own_name = owner_of(name, ecm.id)
-        yield name, skill, source(owner, own_name, owners[owner].code_digest)
+        yield name, skill, source(owner, own_name, owners[owner].behaviour_digest)
 
 
 def experienced_beliefs(ecm: Ecm, source: ExperienceSource) -> AgentBeliefs:
@@ -160,12 +159,13 @@ def _experienced(skill: Skill, ends: Sequence[ExperiencedEnd]) -> Skill:
                 weights[name] += weight * (share / whole if whole else 1 / len(failures))
         weight *= FORGETTING
     probabilities = _rounded(weights)
-    took = {name: [end.seconds for end in ends if end.outcome == name] for name in weights}
+    aged = list(enumerate(ends))
+    took = {name: [(age, end.seconds) for age, end in aged if end.outcome == name] for name in weights}
     outcomes = {
         name: replace(
             one,
             probability=probabilities[name],
-            duration=Fraction(round(median(took[name]) * 100), 100) if took[name] else one.duration,
+            duration=Fraction(round(recent_median(took[name]) * 100), 100) if took[name] else one.duration,
         )
         for name, one in skill.outcomes.items()
     }

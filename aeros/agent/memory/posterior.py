@@ -129,6 +129,28 @@ def weigh_tries(tries: Sequence[tuple[Hashable, bool]]) -> dict[Hashable, Recent
     return {skill: RecentRecord(*both) for skill, both in sums.items()}
 
 
+def recent_median(values: Sequence[tuple[int, float]]) -> float:
+    """Compute the median of values that are weighed by their age.
+
+    A value of age n weighs FORGETTING^n. Half of the weight of a series is on its latest five or six values.
+    So a change is noticed after as many.
+
+    Args:
+        values: for each value its age, the number of later tries, and the value; at least one.
+
+    Returns:
+        The least value at or below which at least half of the weight is.
+    """
+    weighed = sorted((value, FORGETTING**age) for age, value in values)
+    half = sum(weight for _, weight in weighed) / 2
+    below = 0.0
+    for value, weight in weighed:
+        below += weight
+        if below >= half:
+            return value
+    return weighed[-1][0]  # the sum in another order may be a rounding error less
+
+
 def _binomial(tries: int, hits: int, chance: float) -> float:
     ways = lgamma(tries + 1) - lgamma(hits + 1) - lgamma(tries - hits + 1)
     return exp(ways + hits * log(chance) + (tries - hits) * log(1 - chance))

@@ -75,9 +75,13 @@ _MIGRATION_6: Final = (
 ) STRICT""",
 )
 
+# `derived_from`: the variables that an attribute of a thing follows from, as a JSON list, so that it is
+# forgotten with them; NULL for variables, and where it was not kept.
+_MIGRATION_7: Final = ("ALTER TABLE sightings ADD COLUMN derived_from TEXT",)
+
 _MIGRATIONS: Final = (
     *(_MIGRATION_1, _MIGRATION_2, _MIGRATION_3),
-    *(_MIGRATION_4, _MIGRATION_5, _MIGRATION_6),
+    *(_MIGRATION_4, _MIGRATION_5, _MIGRATION_6, _MIGRATION_7),
 )
 
 SCHEMA_VERSION: Final = MEMORY.version

@@ -40,6 +40,7 @@ class Sighting:
         time: plant time of the measurement, s.
         source: sensor or module that measured it; None if the site names none.
         uncertainty: declared bound of its standard uncertainty (SI); None if there is none.
+        derived_from: variables that an attribute of a thing follows from, by name; empty for a variable.
     """
 
     variable: str
@@ -47,6 +48,7 @@ class Sighting:
     time: float
     source: str | None
     uncertainty: float | None
+    derived_from: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,16 +114,16 @@ class SightingLog:
             return
         now = datetime.now(UTC).isoformat(timespec="seconds")
         sql = """INSERT INTO sightings
-                 (session, variable, first_value, value, time, seen, source, uncertainty)
-                 VALUES (?, ?, ?, ?, ?, ?, ?, ?)
+                 (session, variable, first_value, value, time, seen, source, uncertainty, derived_from)
+                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)
                  ON CONFLICT (session, variable) DO UPDATE SET value = excluded.value, time = excluded.time,
                  seen = excluded.seen, source = excluded.source, uncertainty = excluded.uncertainty"""
         rows = []
         for one in new:
             value = json.dumps(one.value)
-            rows.append(
-                (self._session, one.variable, value, value, one.time, now, one.source, one.uncertainty)
-            )
+            seen = (value, value, one.time, now, one.source, one.uncertainty)
+            origin = json.dumps(one.derived_from) if one.derived_from else None
+            rows.append((self._session, one.variable, *seen, origin))
         self._database.execute("BEGIN IMMEDIATE")
         try:
             self._database.executemany(sql, rows)

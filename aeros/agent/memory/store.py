@@ -22,6 +22,7 @@ from aeros.agent.memory.evidence import (
     DurationStats,
     SkillId,
     read_experience,
+    read_recent_duration,
     read_recent_records,
     read_success_record,
     read_typical_duration,
@@ -52,7 +53,7 @@ class EpisodeStart:
         started: plant time (s).
         before: predicates as measured, JSON values.
         context: context in which the step's ending is evidence; see `context.py`.
-        code: digest of the module's code.
+        code: digest of the module's code and parameters.
     """
 
     task: str
@@ -232,13 +233,29 @@ class Memory:
         Args:
             module: id of the module.
             skill: id of the skill.
-            code: digest of the module's code; the durations of other code are no evidence.
+            code: digest of the module's code and parameters; the durations of another are no evidence.
 
         Returns:
             Median and quartiles (s); None if there are no successes.
         """
         return self._query(
             lambda database: read_typical_duration(database, module, skill, (self._plant, code))
+        )
+
+    def recent_duration(self, module: str, skill: str, code: str, context: str) -> float | None:
+        """Compute how long a success of a skill takes now on this plant, for a choice between skills.
+
+        Args:
+            module: id of the module.
+            skill: id of the skill.
+            code: digest of the module's code and parameters; the durations of another are no evidence.
+            context: context that must agree; without a success in it, all contexts count.
+
+        Returns:
+            The median of the durations, weighed by their age, s; None if there are no successes.
+        """
+        return self._query(
+            lambda database: read_recent_duration(database, module, skill, (self._plant, code), context)
         )
 
     def experience(
@@ -249,7 +266,7 @@ class Memory:
         Args:
             module: id of the module.
             skill: id of the skill.
-            code: digest of the module's code, which must agree.
+            code: digest of the module's code and parameters, which must agree.
             until: number of the last episode to list; None for all.
 
         Returns:

@@ -53,10 +53,15 @@ def sightings_of_things(
             continue
         prefix = f"{THING}{thing.name} {thing.kind} "
         for attribute, variable in thing.measured_by.items():
-            yield replace(sighting_of_variable(variable, world, state), variable=prefix + attribute)
+            yield replace(
+                sighting_of_variable(variable, world, state),
+                variable=prefix + attribute,
+                derived_from=thing.derived_from[attribute],
+            )
         truths = dict(thing.relations) if thing.held is None else {"held": thing.held, **thing.relations}
         for attribute, holds in truths.items():
-            yield Sighting(prefix + attribute, holds, world.time, thing.name.partition(".")[0], None)
+            module, origin = thing.name.partition(".")[0], thing.derived_from[attribute]
+            yield Sighting(prefix + attribute, holds, world.time, module, None, origin)
 
 
 def remembered_things(remembered: Iterable[RememberedValue]) -> list[RememberedThing]:

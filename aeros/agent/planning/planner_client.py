@@ -15,16 +15,16 @@ from typing import Any, TypeAlias
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.check_plan import PlanChecker
 from aeros.agent.planning.plan_json import MalformedPlanError, plan_from_json, plan_to_json
+from aeros.agent.planning.provider_freedom import accepted_places, capability_steps, with_capabilities
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph
 from aeros.agent.planning.time_limited import (
-    MOST_REASON,
     PlannerProcess,
     PlannerProcessError,
     PlanningTimeoutError,
+    planner_failure,
 )
 from aeros.agent.world.world import WorldModel
-from aeros.descriptions import describe_exception
 from aeros.runtime.ports import Runtime
 from aeros.spec.model.ecm import Ecm
 
@@ -79,7 +79,7 @@ class PlannerClient:
             try:
                 return self._planner.plan(routed, world, modules)
             except Exception as error:  # an untrusted planner may raise anything
-                raise PlannerProcessError(describe_exception(error, MOST_REASON, one_line=True)) from error
+                raise PlannerProcessError(planner_failure(error)) from error
 
         modules = dict(modules)  # read before the process begins, which must not use the memory's connection
 
@@ -95,7 +95,7 @@ class PlannerClient:
         try:
             return replace(plan_from_json(form, self._runtime.site), remark=remark)
         except MalformedPlanError as error:
-            raise PlannerProcessError(describe_exception(error, MOST_REASON, one_line=True)) from error
+            raise PlannerProcessError(planner_failure(error)) from error
 
     def remaining_plan(
         self, previous: TaskGraph, routed: RoutedTask, world: WorldModel, until: float = inf
@@ -113,7 +113,7 @@ class PlannerClient:
         """
         if self._within is None:
             return None
-        judge = PlanChecker(routed, world, self._runtime.active_modules(), self._runtime.site)
+        judge = self._checker(routed, world)
         ends = [TaskGraph(previous.parts[at:]) for at in range(len(previous.parts))]
 
         def first() -> int | None:
@@ -127,6 +127,46 @@ class PlannerClient:
         except (PlanningTimeoutError, PlannerProcessError):
             return None
         return ends[at] if type(at) is int and 0 <= at < len(ends) else None
+
+    def with_provider_choice(
+        self,
+        plan: TaskGraph,
+        routed: RoutedTask,
+        world: WorldModel,
+        barred_skills: frozenset[str],
+        until: float = inf,
+    ) -> TaskGraph:
+        """Let steps name the capability that their skill provides, where any provider leads to the goal.
+
+        Args:
+            plan: a verified plan.
+            routed: task of the plan.
+            world: current state.
+            barred_skills: skills that must not be used, as MODULE.SKILL.
+            until: plant time (s) at which the wait ends.
+
+        Returns:
+            The plan with these steps; unchanged if there are none, the check is not done in time, or plans
+            are made in place, as planning rules name capabilities themselves.
+        """
+        possible = capability_steps(plan, self._runtime.active_modules(), barred_skills, routed.module)
+        if self._within is None or not possible:
+            return plan
+        judge = self._checker(routed, world)
+
+        def choose() -> list[int]:
+            return accepted_places(plan, possible, lambda one: not judge.problems(one))
+
+        try:
+            places = self._run(choose, self._within, until)
+        except (PlanningTimeoutError, PlannerProcessError):
+            return plan
+        accepted = {place: possible[place] for place in places if place in possible}
+        return with_capabilities(plan, accepted) if accepted else plan
+
+    def _checker(self, routed: RoutedTask, world: WorldModel) -> PlanChecker:
+        """Make the checker of plans by the modules as they are declared."""
+        return PlanChecker(routed, world, self._runtime.active_modules(), self._runtime.site)
 
     def _run(self, job: Callable[[], Any], within: float, until: float) -> Any:
         """Run `job` in a separate process, within the time that the site allows now."""

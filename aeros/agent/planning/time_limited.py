@@ -22,8 +22,14 @@ from collections.abc import Callable
 from math import floor, inf
 from typing import Any, Final
 
+from aeros.agent.planning.plan_json import MalformedPlanError
+from aeros.agent.planning.strong_cyclic import NoPlanError
 from aeros.descriptions import describe_exception
 from aeros.runtime.ports import Runtime
+from aeros.spec.planning.search_result import PlanUndecidedError
+
+_EXPECTED_ERRORS: Final = (NoPlanError, PlanUndecidedError, MalformedPlanError)
+"""Errors whose messages say why there is no plan."""
 
 MAX_MEMORY_BYTES: Final = 2 << 30
 """Memory that a planner may use in addition to the agent's memory at its start, bytes."""
@@ -161,6 +167,19 @@ class _Child:
         raise PlannerProcessError(str(why))
 
 
+def planner_failure(error: BaseException) -> str:
+    """Describe why a planner gives no plan.
+
+    Args:
+        error: what it raised.
+
+    Returns:
+        The message of an error that says why there is no plan; else the type of the error, too.
+    """
+    described = describe_exception(error, MOST_REASON, one_line=True)
+    return described.partition(": ")[2] if isinstance(error, _EXPECTED_ERRORS) else described
+
+
 def _run_in_child(think: Callable[[], Any], writing: int, parent: int) -> None:
     """Run the job in the new process, write its answer, and exit without the agent's clean-up."""
     try:
@@ -168,7 +187,7 @@ def _run_in_child(think: Callable[[], Any], writing: int, parent: int) -> None:
         try:
             answer = json.dumps({"answer": think()})
         except BaseException as error:  # the waiting process gets every exception
-            answer = json.dumps({"failed": describe_exception(error, MOST_REASON, one_line=True)})
+            answer = json.dumps({"failed": planner_failure(error)})
         with open(writing, "wb", closefd=False) as pipe:
             pipe.write(answer.encode())
     finally:

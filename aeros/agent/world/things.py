@@ -11,6 +11,7 @@ from typing import Any
 
 from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
+from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import Thing
 
@@ -28,6 +29,8 @@ class ThingState:
             `position` and `count`.
         held: whether the robot holds it; None if it is unknown.
         relations: whether each relation holds, as `on tray`; without those that are unknown.
+        derived_from: full names of the variables that each attribute follows from, those that its condition
+            reads included, by `position`, `count`, `held` and the names of `relations`.
     """
 
     name: str
@@ -37,6 +40,7 @@ class ThingState:
     measured_by: Mapping[str, str] = field(default_factory=dict)
     held: bool | None = None
     relations: Mapping[str, bool] = field(default_factory=dict)
+    derived_from: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def is_known(self) -> bool:
@@ -81,9 +85,13 @@ def _state_of(thing: Thing, world: WorldModel) -> ThingState:
     measured_by = {one: name for one, name in names.items() if name is not None and name in world.known}
     values = {one: to_json_value(world.known[name]) for one, name in measured_by.items()}
     kind: str | None = thing.kind
+    kind_names = () if thing.kind_from is None else (thing.kind_from,)
     if thing.kind_from is not None:
         kind = to_json_value(world.known.get(thing.kind_from))
     relations = {name: world.evaluate(term) for name, term in thing.relations.items()}
+    conditions = dict(thing.relations) if thing.held is None else {"held": thing.held, **thing.relations}
+    read = {one: {name} for one, name in measured_by.items()}
+    read |= {one: set(t.variables_of(term)) for one, term in conditions.items()}
     return ThingState(
         name=thing.name,
         kind=kind,
@@ -92,4 +100,5 @@ def _state_of(thing: Thing, world: WorldModel) -> ThingState:
         measured_by=measured_by,
         held=None if thing.held is None else world.evaluate(thing.held),
         relations={name: holds for name, holds in relations.items() if holds is not None},
+        derived_from={one: tuple(sorted({*names, *kind_names})) for one, names in read.items()},
     )

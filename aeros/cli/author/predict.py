@@ -56,6 +56,7 @@ _LABELS = {
     "retries": "  of these, retries",
     "recoveries": "  of these, recoveries",
     "replans": "expected re-plans",
+    "seconds": "expected time, s",
 }
 
 _EXAMPLES = """\
@@ -63,8 +64,10 @@ The agent's loop with its retries, recoveries and re-plans is a Markov chain ove
 It is solved exactly, in fractions, without sampling.  Where parallel branches may fail, or an outcome leaves
 a predicate at either value, only the success is bounded.  A run starts from the same state as the symbolic
 plant: the task's `initial`, everything else false.  With --probability the other outcomes of the skill keep
-their proportions.  With --from-memory, probabilities are what the agent experienced with this code on that
-plant, four results of each skill being as declared.  The module is not proved; use `aeros verify`.
+their proportions.  With --from-memory, probabilities and durations are what the agent experienced with this
+code on that plant, four results of each skill being as declared.  An outcome whose duration is not known
+counts as 10 s.  Where a composition may run, there is no expected time: branches may overlap.  The module is
+not proved; use `aeros verify`.
 
 The agent gives up failures in one state that chance does not explain, and so does the prediction.  Chance is
 what the module declares, or with --from-memory what was experienced, whatever --probability says.  So a
@@ -261,7 +264,7 @@ def _found_json(system: TransitionSystem, values: Mapping[str, Any], replans: in
         }
     return {
         "failure": _number(1 - prediction.success),
-        **{name: _number(value) for name, value in asdict(prediction).items()},
+        **{name: _number(value) for name, value in asdict(prediction).items() if value is not None},
     }
 
 

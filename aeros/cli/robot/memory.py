@@ -82,7 +82,11 @@ def add_to(commands: Subparsers) -> None:
         help="steps of this skill, and events and facts that name it",
     )
     which.add_argument("--session", type=_number, metavar="N", help="everything of this session, by its id")
-    which.add_argument("--variable", metavar="NAME", help="what was seen of this variable (`aeros world`)")
+    which.add_argument(
+        "--variable",
+        metavar="NAME",
+        help="what was seen of this variable or thing (`aeros world`), and events and facts that name it",
+    )
     which.add_argument(
         "--older-than",
         type=_number,
@@ -264,6 +268,9 @@ def _forget(arguments: argparse.Namespace) -> Exit:
     if not arguments.yes:
         raise UsageError(f"{what} would be deleted permanently; add --yes to confirm")
     deleted = forget(arguments.state, arguments.state / MEMORY_FILE, which)
+    if arguments.older_than is None and not any(asdict(deleted).values()):
+        print(f"aeros: nothing is remembered of {what}, so nothing was deleted", file=sys.stderr)
+        return Exit.REJECTED
     counts = ", ".join(f"{count} {table}" for table, count in asdict(deleted).items())
     print_line(f"deleted {what}: {counts}")
     return Exit.SUCCESS

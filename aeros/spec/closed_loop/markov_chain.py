@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final
 
@@ -37,6 +37,7 @@ class Prediction:
         retries: expected number of these that are further tries of a step.
         recoveries: expected number of these that are run after a failure, by `between_tries` or `on_failure`.
         replans: expected number of plans made after the first.
+        seconds: expected time in skills, s; None if a composition may run, whose branches overlap.
     """
 
     success: Fraction
@@ -44,6 +45,7 @@ class Prediction:
     retries: Fraction
     recoveries: Fraction
     replans: Fraction
+    seconds: Fraction | None = field(default=None, compare=False)
 
 
 class InexactError(StateSpaceError):
@@ -69,6 +71,7 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
     queue = _Queue()
     queue.push(0, LoopState("plan", start), Fraction(1))
     success = replanned = Fraction(0)
+    seconds: Fraction | None = Fraction(0)
     submitted = dict.fromkeys(ROLES, Fraction(0))
     while queue:
         made, node, probability = queue.pop()
@@ -89,6 +92,8 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
                     submitted[role] += share * count
             elif move.role is not None:
                 submitted[move.role] += share
+            if seconds is not None and share and move.role is not None:
+                seconds = None if move.seconds is None else seconds + share * move.seconds
             queue.push(made + (move.target.phase == "plan"), move.target, share)
     if system.inexact_reason:
         raise InexactError(system.inexact_reason)
@@ -98,6 +103,7 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
         retries=submitted["retry"],
         recoveries=submitted["recovery"],
         replans=replanned,
+        seconds=seconds,
     )
 
 

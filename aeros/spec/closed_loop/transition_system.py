@@ -95,6 +95,7 @@ class Transition:
         is_open: its probability is not known: what `undecided` says holds instead.
         undecided: if positive, the probability of all moves for the same choice that have it together,
             beyond those of each: nothing is known of how they share it.
+        seconds: duration of the outcome, s; None if a composition is run, or no skill.
     """
 
     target: LoopState
@@ -107,6 +108,7 @@ class Transition:
     case: str = ""
     undecided: Fraction = Fraction(0)
     is_open: bool = False
+    seconds: Fraction | None = field(default=None, compare=False)
 
 
 class _RulePlans:
@@ -446,6 +448,7 @@ class TransitionSystem(_RulePlans):
                 f"{one.name} → {outcome.id}",
                 one.name if len(helpers) > 1 else "",
                 case=_case_name(number, case),
+                seconds=outcome.known_duration,
             )
             for one in able
             for number, case in enumerate(one.cases(node.state))
@@ -467,12 +470,13 @@ class _Ending:
     undecided: Fraction = Fraction(0)
     is_open: bool = False
     is_verdict: bool = False
+    seconds: Fraction | None = None
 
     def transition(self, target: LoopState, choices: int, role: Role, way: str) -> Transition:
         """Return the move to where the loop goes on; each of the agent's choices is as likely as another."""
         shares = (self.probability / choices, self.undecided / choices)
         found = (target, shares[0], role, self.label, way, self.counts, self.through, self.case)
-        return Transition(*found, shares[1], self.is_open)
+        return Transition(*found, shares[1], self.is_open, self.seconds)
 
 
 def _case_name(number: int, case: Sequence[object]) -> str:
@@ -499,6 +503,7 @@ class _SkillWay:
                     *(after, outcome.failure, probability, f"{self.name} → {outcome.id}"),
                     case=_case_name(number, case),
                     is_verdict=bool(outcome.verdict),
+                    seconds=outcome.known_duration,
                 )
 
 

@@ -113,10 +113,15 @@ def _violated_parts(term: t.Term, values: Environment, *, expected: bool) -> Ite
             yield UnmetBound(_format_quantity(term), not expected, "exactly", expected)
 
 
-def _blame_priority(term: t.Term) -> int:
-    """Rank a side of a comparison: measured values before requested ones, and these before constants."""
+def _blame_priority(term: t.Term) -> tuple[int, bool]:
+    """Rank a side of a comparison: measured values before requested ones, and these before constants.
+
+    Of two measured sides, a variable comes before an expression: `tool.x >= edge.x + 5 cm` is about the tool.
+    """
     roles = {variable.role for variable in t.variables_of(term).values()}
-    return 2 if t.VariableRole.STATE in roles else len(roles)
+    if t.VariableRole.STATE in roles:
+        return 2, isinstance(term, t.Variable)
+    return len(roles), False
 
 
 def _format_quantity(term: t.Term) -> str:

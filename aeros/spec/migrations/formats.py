@@ -192,6 +192,7 @@ MEMORY: Final = Format(
         Version("events have the names below"),
         Version("sessions name their plant, and episodes the code of their module"),
         Version("keeps what was seen: the first and latest value of each variable in each session"),
+        Version("what was seen of a thing names the variables that it follows from"),
     ),
     cure=_AT_OPEN,
 )

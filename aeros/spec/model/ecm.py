@@ -5,6 +5,8 @@ Only `elaborate` builds it; obligations, the gate and planners read it.
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -17,6 +19,7 @@ from aeros.spec.expr.effects import QuantityRange
 from aeros.spec.expr.units import format_number
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.configured import BoundNames
+from aeros.spec.model.expected_time import UNKNOWN_DURATION_S
 from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.perception import Definition, Perceiver, Thing
 from aeros.spec.model.policy import Access, WorkerLimits
@@ -61,6 +64,11 @@ class Outcome:
         """Its effects, and the values that follow from them."""
         decided = {name: value for name, value in self.consequences.items() if value is not None}
         return {**self.effects, **decided} if decided else self.effects
+
+    @property
+    def known_duration(self) -> Fraction:
+        """Its duration, s, or what an outcome without one counts as."""
+        return Fraction(UNKNOWN_DURATION_S) if self.duration is None else self.duration
 
     @property
     def unsettled(self) -> tuple[str, ...]:
@@ -434,6 +442,17 @@ class Ecm:
     def configuration(self) -> Mapping[str, str]:
         """The site's name for everything that it needs, and the value of each parameter, by its own names."""
         return {**self.names.bindings, **self.names.parameters}
+
+    @property
+    def behaviour_digest(self) -> str:
+        """Digest of its code and of the values of its parameters, which decide how well its skills do.
+
+        That of its code alone if it has no parameters.
+        """
+        if not self.names.parameters:
+            return self.code_digest
+        values = json.dumps([self.code_digest, dict(self.names.parameters)], sort_keys=True)
+        return hashlib.sha256(values.encode()).hexdigest()
 
     @property
     def task_parameters(self) -> Mapping[str, TaskParameter]:

@@ -16,6 +16,10 @@ LEAST_SUCCESS: Final = 1e-9
 """Chance of success that a smaller one counts as, so that times are finite."""
 
 
+UNKNOWN_DURATION_S: Final = 10
+"""Duration that an outcome without one counts as, s; so plans without durations are the shortest ones."""
+
+
 def expected_time(seconds: float, success: float) -> float:
     """Compute the expected time until success.
 

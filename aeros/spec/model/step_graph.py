@@ -257,8 +257,8 @@ def map_graph_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
         case FailingPart():
             return part
         case If() as choice:
-            other = None if choice.otherwise is None else map_graph_steps(choice.otherwise, become)
             then = map_graph_steps(choice.then, become)
+            other = None if choice.otherwise is None else map_graph_steps(choice.otherwise, become)
             changed = If(choice.condition, choice.text, then, other, choice.span)
             return changed if not isinstance(choice, NestedIf) else _marked(changed, choice.is_precondition)
         case step:

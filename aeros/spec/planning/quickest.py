@@ -27,9 +27,6 @@ from aeros.spec.planning.search_result import AvoidSet, PlanPath
 from aeros.spec.planning.shortest import MAX_ENUMERATED_STATES, shortest_plan
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
-UNKNOWN_DURATION_S: Final = 10.0
-"""Duration of an outcome that declares none, s; so plans without durations are the shortest ones."""
-
 MAX_RISK: Final = 0.05
 """Probability that some step of a plan fails in all its tries, above which time gives way to it."""
 
@@ -131,7 +128,7 @@ def estimate_step(domain: PlanningDomain, choice: GroundSkill, state: State, ret
     """
     seconds, failure = float(choice.skill.wear), 0.0
     for _, outcome, share in domain.after(choice, state):
-        took = UNKNOWN_DURATION_S if outcome.duration is None else float(outcome.duration)
+        took = float(outcome.known_duration)
         seconds += float(share) * took
         failure += float(share) * outcome.failure
     return PlanEstimate(expected_time(seconds, 1.0 - failure), failure ** (retries + 1))

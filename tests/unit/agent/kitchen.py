@@ -47,6 +47,9 @@ class Listed(Forgetful):
     def typical_duration(self, module: str, skill: str, code: str = "") -> DurationStats | None:  # type: ignore[override]
         return self.usual
 
+    def recent_duration(self, module: str, skill: str, code: str, context: str) -> float | None:
+        return None if self.usual is None else self.usual.median
+
 
 class Kitchen:
     """A runner of dumpling skills over a runtime in memory."""

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from aeros.agent.memory.context import evidence_context
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import Reading
+from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.ecm import Skill
 from aeros.spec.model.perception import Thing
 from tests.unit.agent.dumplings import FORCE, PREDICATES, STATE, module, outcome, skill
@@ -84,3 +85,14 @@ def test_the_kind_of_a_thing_that_the_task_says_counts() -> None:
     assert json.loads(text)["predicates"] == {"area": "pot"}
     other = evidence_context("kitchen.cook", KITCHEN, (LOOK,), world(area="pot"), [kitchen])
     assert json.loads(other)["predicates"] == {"area": "pot"}
+
+
+def test_other_values_of_parameters_are_another_context_and_without_any_the_code_alone_counts() -> None:
+    seen = world(wrapper_aligned=True)
+    slow, fast = (
+        replace(KITCHEN, names=BoundNames(parameters={"pace": pace})) for pace in ("1 m/s", "2 m/s")
+    )
+    contexts = [evidence_context("kitchen.cook", one, (ALIGN,), seen) for one in (KITCHEN, slow, fast, slow)]
+    assert len({*contexts}) == 3
+    assert contexts[1] == contexts[3]
+    assert json.loads(contexts[0])["code"] == "v1"

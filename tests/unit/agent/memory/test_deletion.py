@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import json
+import re
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from uuid import uuid4
@@ -8,7 +10,14 @@ import pytest
 
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import Identity, lock_folder
-from aeros.agent.memory.deletion import DeletedRows, filter_before, filter_by_session, filter_by_skill, forget
+from aeros.agent.memory.deletion import (
+    DeletedRows,
+    filter_before,
+    filter_by_session,
+    filter_by_skill,
+    filter_by_variable,
+    forget,
+)
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.queries import open_memory_reader
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, open_memory
@@ -90,3 +99,27 @@ def test_forgetting_that_fails_midway_has_forgotten_nothing(path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         forget(path.parent, path, half)
     assert records(path)["cook.boil"] == SuccessRecord(0, 40)
+
+
+def test_a_variable_is_forgotten_with_its_values_in_episodes_events_and_facts(tmp_path: Path) -> None:
+    path = tmp_path / "memory.sqlite3"
+    context = json.dumps({"task": "cook.cook", "code": "", "predicates": {"cook.lid_on": True}})
+    with open_memory(path, Identity(uuid4(), "chef", "", 1)) as memory:
+        values = {"cook.lid_on": True, "cook.lid_on_hook": False}
+        start = EpisodeStart("cook.cook", "cook", "boil", "step", {}, 0.0, values, context)
+        ending = EpisodeEnd(
+            "finished", None, True, "cook.lid_on is true", 1.0, values, True, [{"at": "cook.lid_on"}]
+        )
+        memory.end_episode(memory.start_episode(start), ending)
+        memory.add_event(1.0, "goal-unmet", {"text": "cook.lid_on is true"})
+        memory.add_event(1.0, "goal-unmet", {"text": "cook.lid_on_hook is true"})
+        memory.set_fact("last run", {"measured": {"cook.lid_on": True}}, "session 1")
+    assert forget(tmp_path, path, filter_by_variable("cook.lid_on")) == DeletedRows(0, 0, 1, 1, 0, values=5)
+    with open_memory_reader(path) as reader:
+        rows = json.dumps(list(reader.all_rows()))
+        (boil,) = reader.skills()
+    assert "cook.lid_on_hook" in rows
+    assert not re.search(r"cook\.lid_on\b(?!_)", rows)
+    assert boil.record == SuccessRecord(0, 1)
+    (only,) = boil.contexts
+    assert only.context is None

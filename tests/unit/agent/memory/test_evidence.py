@@ -93,3 +93,18 @@ def test_successes_say_how_long_a_skill_takes(path: Path) -> None:
         remember(memory, counts=False, seconds=60.0)
         assert memory.typical_duration("dumpling", "wrap") == DurationStats(3.0, 2.0, 4.0, 5)
         assert str(memory.typical_duration("dumpling", "wrap")) == "3.0 s (half in 2.0 to 4.0 s)"
+
+
+def test_a_choice_counts_with_how_long_it_takes_now_and_in_this_context(path: Path) -> None:
+    asked = ("dumpling", "wrap", STEP.code)
+    with open_memory(path, WHO, "symbolic") as memory:
+        assert memory.recent_duration(*asked, "here") is None
+        for context, seconds in [("there", 9.0)] * 10 + [("here", 2.0)] * 3:
+            episode = memory.start_episode(replace(STEP, context=context, started=0.0))
+            memory.end_episode(episode, EpisodeEnd("finished", None, False, "", seconds, {}, True))
+        assert memory.recent_duration(*asked, "here") == 2.0
+        assert memory.recent_duration(*asked, "there") == 9.0
+        assert memory.recent_duration(*asked, "elsewhere") == 9.0
+        assert memory.recent_duration("dumpling", "wrap", "other code", "here") is None
+    with open_memory(path, WHO, "physics") as memory:
+        assert memory.recent_duration(*asked, "here") is None

@@ -12,6 +12,7 @@ from aeros.agent.memory.posterior import (
     MAX_WEIGHED_TRIES,
     RecentRecord,
     SuccessRecord,
+    recent_median,
     weigh_tries,
 )
 
@@ -94,3 +95,16 @@ def test_a_skill_that_was_not_tried_for_long_is_as_uncertain_as_a_new_one() -> N
 
 def test_no_earlier_try_would_weigh_anything() -> None:
     assert FORGETTING**MAX_WEIGHED_TRIES < 1e-9
+
+
+@pytest.mark.parametrize(("slower", "expected"), [(0, 10.0), (5, 10.0), (6, 100.0), (30, 100.0)])
+def test_a_skill_that_becomes_slow_is_noticed_after_six_tries(slower: int, expected: float) -> None:
+    assert recent_median(list(enumerate([100.0] * slower + [10.0] * 50))) == expected
+
+
+@given(st.lists(st.tuples(st.integers(0, 40), st.floats(0.0, 1e4)), min_size=1, max_size=30))
+def test_half_of_the_weight_is_on_either_side_of_a_recent_median(values: list[tuple[int, float]]) -> None:
+    found = recent_median(values)
+    whole = sum(FORGETTING**age for age, _ in values)
+    assert sum(FORGETTING**age for age, value in values if value <= found) >= whole / 2 - 1e-9
+    assert sum(FORGETTING**age for age, value in values if value < found) <= whole / 2 + 1e-9

@@ -23,12 +23,13 @@ def sightings(thing: ThingState) -> list[Sighting]:
 
 def test_numbers_have_the_time_of_their_variable_and_relations_that_of_the_world() -> None:
     can = ThingState(
-        "fetch.object", "can", (0.5, 0.0, 0.0), None, {"position": "place"}, False, {"on tray": True}
+        *("fetch.object", "can", (0.5, 0.0, 0.0), None, {"position": "place"}, False, {"on tray": True}),
+        {"position": ("place",), "held": ("wrapped",), "on tray": ("place", "tray")},
     )
-    assert [(one.variable, one.value, one.time) for one in sightings(can)] == [
-        ("thing fetch.object can position", [0.5, 0.0, 0.0], 3.0),
-        ("thing fetch.object can held", False, 4.0),
-        ("thing fetch.object can on tray", True, 4.0),
+    assert [(one.variable, one.value, one.time, one.derived_from) for one in sightings(can)] == [
+        ("thing fetch.object can position", [0.5, 0.0, 0.0], 3.0, ("place",)),
+        ("thing fetch.object can held", False, 4.0, ("wrapped",)),
+        ("thing fetch.object can on tray", True, 4.0, ("place", "tray")),
     ]
 
 
@@ -65,3 +66,22 @@ def test_a_thing_is_forgotten_with_all_its_kinds_and_nothing_else(tmp_path: Path
     forget(tmp_path, path, filter_by_variable("fetch.object"))
     with open_memory(path, Identity(uuid4(), "chef", "", 2), "symbolic") as memory:
         assert list(memory.remembered_values()) == names[2:]
+
+
+def test_a_variable_is_forgotten_with_all_that_follows_from_it(tmp_path: Path) -> None:
+    path = tmp_path / "memory.sqlite3"
+    prefix = "thing fetch.object can "
+    seen = [
+        Sighting("fetch.place", [1.0, 0.0, 0.0], 1.0, None, None),
+        Sighting(prefix + "position", [1.0, 0.0, 0.0], 1.0, None, None, ("fetch.kind", "fetch.place")),
+        Sighting(prefix + "on tray", True, 1.0, None, None, ("fetch.place_of_tray",)),
+        Sighting(
+            prefix + "held", False, 1.0, None, None
+        ),  # of a memory that did not keep what it follows from
+        Sighting("thing clean.sponge sponge held", False, 1.0, None, None),
+    ]
+    with open_memory(path, Identity(uuid4(), "chef", "", 1), "symbolic") as memory:
+        memory.note_sightings(seen)
+    assert forget(tmp_path, path, filter_by_variable("fetch.place")).sightings == 3
+    with open_memory(path, Identity(uuid4(), "chef", "", 2), "symbolic") as memory:
+        assert list(memory.remembered_values()) == ["thing clean.sponge sponge held", prefix + "on tray"]

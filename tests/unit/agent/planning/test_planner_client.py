@@ -16,6 +16,7 @@ from aeros.agent.execution.report import RunReport
 from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.smt import SmtPlanner
+from aeros.agent.planning.strong_cyclic import NoPlanError
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import EndedStep
@@ -85,6 +86,22 @@ def test_a_planner_that_aborts_in_a_subprocess_is_refused_as_in_process(tmp_path
         with start_agent(tmp_path / str(within), "chef", runtime, Unable(), within=within) as agent:
             message.append(agent.run("Make dumplings!").reason)
     assert message == ["the plan is rejected: the planner failed: LookupError: no idea"] * 2
+
+
+class Unsolvable:
+    """It finds that there is no plan, and says why over two lines."""
+
+    name = "unsolvable"
+
+    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
+        raise NoPlanError("no plan reaches\nthe goal: nothing boils")
+
+
+def test_the_reason_why_there_is_no_plan_has_no_name_of_an_exception(tmp_path: Path) -> None:
+    for within in (None, WITHIN):
+        with start_agent(tmp_path / str(within), "chef", FakeRuntime(), Unsolvable(), within=within) as agent:
+            reason = agent.run("Make dumplings!").reason
+        assert reason == "the plan is rejected: the planner failed: no plan reaches the goal: nothing boils"
 
 
 class Broken(FakeRuntime):

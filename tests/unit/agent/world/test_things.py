@@ -49,6 +49,13 @@ def test_a_thing_has_what_is_measured_and_the_relations_that_are_known() -> None
         "relations": {"on press": False},
     }
     assert found.measured_by == {"position": "place", "count": "cooked"}
+    assert found.derived_from == {
+        "position": ("place",),
+        "count": ("cooked",),
+        "held": ("dumpling_wrapped",),
+        "on press": ("wrapper_aligned",),
+        "in pot": ("dumpling_cooked",),
+    }
 
 
 def test_a_thing_of_which_only_the_kind_is_known_is_not_there() -> None:
@@ -61,4 +68,5 @@ def test_the_kind_may_be_that_which_the_task_asks_for(known: dict[str, str], kin
     asked = replace(WRAPPER, kind="", kind_from="area")
     (found,) = states(asked, wrapper_aligned=True, **known)
     assert found.kind == kind
+    assert found.derived_from["on press"] == ("area", "wrapper_aligned")
     assert found.relations == {"on press": True}

@@ -46,12 +46,13 @@ def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.Captur
         "clean_table.sponge_seen = true, "
         "clean_table.table_organized = false, clean_table.table_verified = false, "
         "clean_table.table_wiped = false, clean_table.wiping_area_clear = true",
-        "success probability     0.91  = 91/100",
-        "failure probability     0.09  = 9/100",
-        "expected invocations    3.21  = 321/100",
-        "  of these, retries     0.3   = 3/10",
-        "  of these, recoveries  0.09  = 9/100",
-        "expected re-plans       0     = 0",
+        "success probability     0.91   = 91/100",
+        "failure probability     0.09   = 9/100",
+        "expected invocations    3.21   = 321/100",
+        "  of these, retries     0.3    = 3/10",
+        "  of these, recoveries  0.09   = 9/100",
+        "expected re-plans       0      = 0",
+        "expected time, s        72.46  = 3623/50",
     ]
 
 
@@ -145,7 +146,7 @@ def test_remembered_outcomes_take_the_place_of_declared_ones(
 ) -> None:
     ecm, _ = read_module(Path(CLEAN), (), None, {})
     with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "panda", "", 1), "symbolic") as memory:
-        start = EpisodeStart("t.t", "clean_table", "wipe", "step", {}, 0.0, {}, "{}", ecm.code_digest)
+        start = EpisodeStart("t.t", "clean_table", "wipe", "step", {}, 0.0, {}, "{}", ecm.behaviour_digest)
         for _ in range(60):
             ending = EpisodeEnd("finished", "streaky", True, "", 9.0, {}, counts_toward_record=True)
             memory.end_episode(memory.start_episode(start), ending)
@@ -155,6 +156,15 @@ def test_remembered_outcomes_take_the_place_of_declared_ones(
     assert predictions(capsys, CLEAN, *remembered)["success"] == declared["success"]
     there = predictions(capsys, CLEAN, *remembered, "--plant", "symbolic")
     assert there["success"]["decimal"] < 0.8 < declared["success"]["decimal"]
+    # A streaky wipe of 33 s took 9 s.
+    assert predictions(capsys, CLEAN, *remembered)["seconds"] == declared["seconds"]
+    assert there["seconds"]["decimal"] < declared["seconds"]["decimal"]
+
+
+def test_there_is_no_expected_time_where_a_composition_may_run(capsys: pytest.CaptureFixture[str]) -> None:
+    serve = predictions(capsys, str(ROOT / "ecms" / "serve_table"), "--ecms", str(ROOT / "ecms"))
+    assert "invocations" in serve
+    assert "seconds" not in serve
 
 
 def test_a_folder_without_memory_is_a_usage_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

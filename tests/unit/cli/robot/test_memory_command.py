@@ -8,6 +8,7 @@ import pytest
 
 from aeros.agent.agent import MEMORY_FILE
 from aeros.agent.identity import Identity, lock_folder
+from aeros.agent.memory.sightings import Sighting
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, open_memory
 from aeros.cli.main import main
 
@@ -194,9 +195,27 @@ def test_the_sightings_of_a_variable_can_be_forgotten(
     asked = ("forget", "--variable", "cup_position", "--state", str(state))
     code, _, err = run(capsys, *asked)
     assert (code, err) == (2, "aeros: `cup_position` would be deleted permanently; add --yes to confirm\n")
+    with open_memory(state / MEMORY_FILE, Identity(uuid4(), "chef", "", 2)) as memory:
+        memory.note_sightings([Sighting("cup_position", [0.1, 0.2, 0.3], 1.0, None, None)])
     code, out, _ = run(capsys, *asked, "--yes")
     assert code == 0
-    assert out == "deleted `cup_position`: 0 sessions, 0 episodes, 0 events, 0 facts, 0 sightings\n"
+    assert out == "deleted `cup_position`: 0 sessions, 0 episodes, 0 events, 0 facts, 1 sightings, 0 values\n"
+
+
+@pytest.mark.parametrize(
+    ("asked", "unknown"),
+    [
+        (("--variable", "cup_positon"), "`cup_positon`"),
+        (("--skill", "cook.bol"), "`cook.bol`"),
+        (("--session", "9"), "session 9"),
+    ],
+)
+def test_to_forget_what_is_not_remembered_is_refused(
+    state: Path, capsys: pytest.CaptureFixture[str], asked: tuple[str, str], unknown: str
+) -> None:
+    code, out, err = run(capsys, "forget", *asked, "--yes", "--state", str(state))
+    assert (code, out) == (1, "")
+    assert err == f"aeros: nothing is remembered of {unknown}, so nothing was deleted\n"
 
 
 def test_show_has_the_record_of_each_set_of_inputs_and_what_prevented_a_skill(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -43,6 +44,19 @@ def test_independent_tries_are_a_geometric_series(retry: int, replans: int) -> N
     assert found.replans == sum(p ** (n * (1 + retry)) for n in range(1, plans))
     assert found.retries == found.invocations - 1 - found.replans
     assert found.recoveries == 0
+
+
+def test_the_expected_time_is_that_of_the_outcomes_and_an_unknown_one_counts_as_ten_seconds() -> None:
+    ecm = boiling(Fraction(1, 4), 1)
+    boil = ecm.skills["boil"]
+    timed = {
+        name: replace(one, duration=None if one.failure else Fraction(8))
+        for name, one in boil.outcomes.items()
+    }
+    found = predicted(replace(ecm, skills={"boil": replace(boil, outcomes=timed)}), 0)
+    # The first try: 3/4 of 8 s, 1/4 of 10 s; with 1/4 a second one.
+    assert found.seconds == (Fraction(3, 4) * 8 + Fraction(1, 4) * 10) * Fraction(5, 4)
+    assert predicted(ecm, 0).seconds == Fraction(5, 4) * 10
 
 
 def test_a_goal_reached_at_the_start_needs_no_invocation() -> None:

@@ -65,7 +65,7 @@ def test_a_program_of_today_writes_these_versions() -> None:
         "run": 3,
         "crashes": 2,
         "plant-log": 2,
-        "memory-database": 6,
+        "memory-database": 7,
         "registry-database": 5,
         "trace": 2,
     }

@@ -112,3 +112,10 @@ def test_a_nested_graph_differs_in_the_marks_of_its_choices_alone(graph: Part[st
     assert as_nested(marked) == marked
     assert map_graph_steps(marked, lambda step: step) == marked
     assert without_marks(marked) == graph
+
+
+@given(GRAPHS)
+def test_steps_are_replaced_in_the_order_written(graph: Part[str]) -> None:
+    seen: list[str] = []
+    map_graph_steps(graph, seen.append)
+    assert seen == list(steps_of(graph))
