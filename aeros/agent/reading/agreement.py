@@ -1,15 +1,18 @@
 """Comparison of two meanings of one instruction: the grammar's and a language model's.
 
 Two meanings agree if they have as many requests, in the same order, whose goals and conditions are proved
-equivalent for all values of the vocabulary, and the same prohibitions. If the solver does not decide it, they
+equivalent for all values of the vocabulary, with the values that the request says for the parameters of its
+task, and the same prohibitions. If the solver does not decide it, they
 do not agree.
 """
 
 from __future__ import annotations
 
 from aeros.agent.instructions.meaning import Errand, Understanding
+from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.constants import constant_term
 from aeros.spec.model.site import Site
 from aeros.spec.verification.queries import is_implied
 
@@ -60,6 +63,14 @@ def _ask_the_same(one: Errand, other: Errand, site: Site, oracle: Oracle) -> boo
     if one.is_otherwise != other.is_otherwise:
         return False
     first, second = (t.TRUE if errand.condition is None else errand.condition for errand in (one, other))
-    return is_equivalent(one.routed.task.goal, other.routed.task.goal, site, oracle) and is_equivalent(
-        first, second, site, oracle
+    goal, other_goal = (_under_arguments(errand.routed) for errand in (one, other))
+    return is_equivalent(goal, other_goal, site, oracle) and is_equivalent(first, second, site, oracle)
+
+
+def _under_arguments(routed: RoutedTask) -> t.Term:
+    """Return the goal of a task with the values of its parameters: `dumplings_cooked >= 2` for `… >= count`."""
+    variables = {one.full_name: one.declared.variable for one in routed.task.parameters.values()}
+    return t.substitute(
+        routed.task.goal,
+        {name: constant_term(value, variables[name].type) for name, value in routed.variables.items()},
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 
 import pytest
 
@@ -10,7 +11,10 @@ from aeros.agent.instructions.meaning import Errand, Understanding
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.reading.agreement import is_equivalent, meanings_agree
 from aeros.spec.backends.oracle import Oracle
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.constants import constant_term
 from tests.unit.agent.dumplings import MAKE_DUMPLINGS, site, task, term
+from tests.unit.agent.instructions.lists.reference import parametric_modules
 
 COOK = RoutedTask("dumpling", MAKE_DUMPLINGS)
 CLEAN = RoutedTask("clean", task("clean", ("clean",), "area == table"))
@@ -75,3 +79,18 @@ def test_a_request_that_is_decided_later_is_no_other_branch() -> None:
 def test_without_a_budget_nothing_is_equivalent() -> None:
     one, other = term("fill_level * fill_level > 0.25"), term("fill_level > 0.5")
     assert not is_equivalent(one, other, site(), Oracle(rlimit=1))
+
+
+@pytest.mark.parametrize(("written", "said", "agree"), [(1, 1, True), (1, 2, False), (2, 2, True)])
+def test_goals_are_compared_with_the_values_that_the_request_says(
+    written: int, said: int, agree: bool
+) -> None:
+    declared = parametric_modules()["make_dumplings"].tasks["make_dumplings"]
+    count = declared.parameters["count"].declared.variable
+    number = constant_term(Fraction(written), count.type)
+    with_number = replace(declared, goal=t.substitute(declared.goal, {count.name: number}))
+    arguments = declared.complete_arguments({"count": Fraction(said)})
+    grammar, model = (
+        meaning(Errand(RoutedTask("make_dumplings", one, arguments))) for one in (declared, with_number)
+    )
+    assert meanings_agree(grammar, model, site(), Oracle()) is agree
