@@ -134,7 +134,8 @@ def stopped_loop(seed: int) -> Loop:
     held = ActionCondition(term(condition), condition, SPAN, (Conjunct(term(condition), SPAN),))
     body: Part = TimedPart(branches, SPAN, True, Fraction(10))
     if drawn.random() < 0.5:
-        body = HeldPart(drawn.choice([branches, _step(drawn, "left_0", ())]), SPAN, True, held)
+        inner: Part = branches if drawn.random() < 0.5 else _step(drawn, "left_0", ())
+        body = HeldPart(inner, SPAN, True, held)
     composition = Composition("work", t.TRUE, None, body, {}, SPAN)
     rules = [rule(drawn.choice(_FLAGS), "working", drawn.randint(0, 1))]
     rules += [rule(drawn.choice(_OTHER_FLAGS), drawn.choice(["left_1", "right_1"]))] * drawn.randint(0, 1)
