@@ -9,6 +9,7 @@ from importlib.util import find_spec
 
 from aeros import __version__
 from aeros.apps.ros2.robot_bus import RobotBus, open_robot_bus
+from aeros.cli.terminal.rendering import print_labelled
 from aeros.distribution import install_command
 from aeros.exit_codes import UsageError
 from aeros.runtime.bus.names import check_ros_name
@@ -124,3 +125,15 @@ def read_topic_sensor(text: str, site: Site) -> TopicSensor:
     except ValueError as error:
         raise UsageError(f"--topic-sensor {text}: {error}") from error
     return TopicSensor(name, topic, ros, time.monotonic)
+
+
+def print_bus(peers: RobotBus, task: str = "") -> None:
+    """Print the node of a run, and what its listeners do not get.
+
+    Args:
+        peers: The bus of the run.
+        task: What the node does now, for its line.
+    """
+    print_labelled("ros2", f"{peers.summary()}; {task}" if task else peers.summary())
+    for remark in peers.remarks():
+        print_labelled("", remark)

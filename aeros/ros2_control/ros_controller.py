@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 import time
-from contextlib import suppress
 from math import floor, isfinite
 from queue import Empty, SimpleQueue
 from typing import Any, Final
@@ -84,9 +83,11 @@ class RosController:
             reliability=ReliabilityPolicy.RELIABLE,
             durability=DurabilityPolicy.TRANSIENT_LOCAL,
         )
-        self._statuses: SimpleQueue[tuple[int, ...]] = SimpleQueue()
+        self._statuses: tuple[int, ...] = ()
+        self._has_statuses = threading.Event()
         status_topic = f"{name}/follow_joint_trajectory/_action/status"
-        watched = self._node.create_subscription(GoalStatusArray, status_topic, self._hear_statuses, latched)
+        # It stays: rclpy may be about to take a message of it, in its own thread, when it is destroyed.
+        self._node.create_subscription(GoalStatusArray, status_topic, self._hear_statuses, latched)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._thread = threading.Thread(target=self._executor.spin, name="aeros-ros2-control", daemon=True)
@@ -94,7 +95,6 @@ class RosController:
         try:
             self._require_controller(name)
             self._require_no_goal(name)
-            self._node.destroy_subscription(watched)
             self.has_effort = self._require_states(states)
         except ControllerError:
             self.close()
@@ -151,7 +151,8 @@ class RosController:
             self._samples.put(JointSample(stamp, arrival, q, dq, effort if whole else ()))
 
     def _hear_statuses(self, message: Any) -> None:
-        self._statuses.put(tuple(one.status for one in message.status_list))
+        self._statuses = tuple(one.status for one in message.status_list)
+        self._has_statuses.set()
 
     def _note_answer(self, number: int, future: Any) -> None:
         failure = future.exception()
@@ -234,12 +235,8 @@ class RosController:
         Raises:
             ControllerError: it has one.
         """
-        statuses: tuple[int, ...] = ()
-        with suppress(Empty):
-            statuses = self._statuses.get(timeout=_STATUS_TIMEOUT)
-            while True:
-                statuses = self._statuses.get_nowait()
-        if _UNDER_WAY & set(statuses):
+        self._has_statuses.wait(_STATUS_TIMEOUT)
+        if _UNDER_WAY & set(self._statuses):
             raise ControllerError(
                 f"the controller {name} executes a goal of another client: wait until it has ended, or "
                 "cancel it"

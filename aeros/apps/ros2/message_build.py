@@ -1,6 +1,6 @@
 """Build of the ROS 2 message packages into wheels, from tools on PyPI, for a Python without a distribution.
 
-A robot's workspace builds `aeros_msgs` with colcon, and has the other two packages from its distribution.
+A robot's workspace builds `aeros_msgs` with colcon, and has the other packages from its distribution.
 Elsewhere this module makes a temporary environment with ROS 2's generators, builds the packages with CMake,
 and packs what they install. A wheel is kept in the user's cache under the digest of its definitions, Python
 and tools.
@@ -29,7 +29,7 @@ from aeros.files import make_folder
 
 _DEFINITIONS: Final = Path(__file__).parents[2] / "runtime" / "bus"
 
-PACKAGES: Final = ("aeros_msgs", "control_msgs", "tf2_msgs")
+PACKAGES: Final = ("aeros_msgs", "control_msgs", "foxglove_msgs", "tf2_msgs")
 """Packages that AEROS defines messages of; PyPI has no wheel of any."""
 
 _VERSION: Final = "1.0.0"

@@ -96,14 +96,20 @@ class RobotBus:
         """Describe the bus for the summary of a run.
 
         Returns:
-            Node, domain and range; a line more for each missing package, and for lost messages.
+            Node, domain and range.
         """
-        text = f"node {self.bus.node_name}, {reach_text(os.environ)}"
+        return f"node {self.bus.node_name}, {reach_text(os.environ)}"
+
+    def remarks(self) -> Iterator[str]:
+        """List what listeners do not get.
+
+        Yields:
+            A text for each missing package, and one for lost messages.
+        """
         for name, reason in sorted(self.bus.missing.items()):
-            text += f"\n           {name}: {reason}"
+            yield f"{name}: {reason}"
         if self._feed is not None and self._feed.lost:
-            text += f"\n           {self._feed.lost} messages lost: {self._feed.trouble}"
-        return text
+            yield f"{self._feed.lost} messages lost: {self._feed.trouble}"
 
     def report_health(self) -> None:
         """Publish the diagnosis, every second."""

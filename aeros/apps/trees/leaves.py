@@ -8,7 +8,14 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from aeros.apps.trees.library import LEAF_KINDS, TreeLibrary
-from aeros.apps.trees.supported_nodes import FALLBACKS, INERT, REACTIVE, SEQUENCES, leaf_name, refusal_reason
+from aeros.apps.trees.supported_nodes import (
+    FALLBACKS,
+    REACTIVE,
+    SEQUENCES,
+    leaf_name,
+    ports_of,
+    refusal_reason,
+)
 from aeros.apps.trees.tree_xml import TreeNode
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 
@@ -21,7 +28,8 @@ class ImportSettings:
     """Meaning of leaves.
 
     Attributes:
-        skills: skill that each action runs, by the action's ID; else the ID in lower case.
+        skills: skill that each action runs, by the action's ID; else the ID in lower case.  A subtree that
+            no file has may be one of them, too.
         conditions: expression over the state that each condition stands for, by its ID.
         assume_actions: take leaves that no file declares for actions.
         ignore_ports: leave out the ports of leaves.
@@ -124,6 +132,17 @@ class LeafBinder:
         leaf = leaf_name(node)
         return self._settings.skills.get(leaf, identifier(leaf))
 
+    def is_skill(self, name: str) -> bool:
+        """Tell if the settings bind an ID to a skill.
+
+        Args:
+            name: ID of an action or a subtree.
+
+        Returns:
+            True if they do.
+        """
+        return name in self._settings.skills
+
     def inputs(self, node: TreeNode, step: str, scope: TreeScope) -> tuple[dict[str, Any], str]:
         """Convert the ports of an action.
 
@@ -137,9 +156,8 @@ class LeafBinder:
         """
         inputs: dict[str, Any] = {}
         outputs = self._library.output_ports.get(leaf_name(node), set())
-        ports = {key: value for key, value in node.attributes.items() if key not in INERT}
         named: dict[str, str] = {}
-        for port, written in ports.items() if not self._settings.ignore_ports else ():
+        for port, written in ports_of(node).items() if not self._settings.ignore_ports else ():
             other = named.setdefault(identifier(port), port)
             if other != port:
                 return {}, f"the ports `{other}` and `{port}` are both `{identifier(port)}`; rename one"
@@ -250,7 +268,7 @@ class LeafBinder:
             return f"it is declared as {declared}; correct that, or bind it by --action or --condition"
         if self.kind(node) != "Condition":
             return ""
-        ports = sorted(node.attributes.keys() - INERT)
+        ports = sorted(ports_of(node))
         if leaf == STATE_CONDITION and not is_bound:
             if "expression" not in ports:
                 return "it has no `expression`; write the condition on the state there"

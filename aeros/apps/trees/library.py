@@ -116,9 +116,10 @@ def leaf_names(library: TreeLibrary) -> set[str]:
         library: the trees.
 
     Returns:
-        The IDs.
+        The IDs, with those of subtrees that no file has.
     """
-    found = set()
+    called = {name for tree in library.trees.values() for name in called_trees(tree)}
+    found = called - library.trees.keys()
     pending = [one for tree in library.trees.values() for one in tree.children]
     while pending:
         one = pending.pop()

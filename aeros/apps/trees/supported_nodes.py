@@ -7,26 +7,27 @@ from collections.abc import Mapping
 from typing import Final
 
 from aeros.apps.trees.tree_xml import TreeNode
+from aeros.spec.model.step_graph import MAX_STEPS
 
-MAX_REPEATS: Final = 10
+MAX_REPEATS: Final = MAX_STEPS
 SEQUENCES: Final = ("Sequence", "AsyncSequence", "SequenceWithMemory", "SequenceStar")
 FALLBACKS: Final = ("Fallback", "AsyncFallback", "Selector")
 RETRIES: Final = ("RetryUntilSuccessful", "RetryUntilSuccesful")
 REACTIVE: Final = ("ReactiveSequence", "ReactiveFallback")
 SUBTREES: Final = ("SubTree", "SubTreePlus")
-INERT: Final = frozenset(
+SCRIPTS: Final = frozenset(
     (
-        "name",
-        "ID",
-        "_uid",
-        "_fullpath",
-        "_description",
-        "_collapsed",
-        "_subtreeOnly",
-        "_favorite",
-        "_hardcoded",
+        "_failureIf",
+        "_successIf",
+        "_skipIf",
+        "_while",
+        "_onHalted",
+        "_onFailure",
+        "_onSuccess",
+        "_post",
     )
 )
+"""Attributes that hold scripts.  Others that begin with `_` are editors' notes, which no node reads."""
 _REFUSED: Final[Mapping[str, str]] = {
     "ParallelAll": "its children all run to their ends; the branches of a `par` stop at the first failure",
     "ManualSelector": "a person chooses the child; a composition has no such part",
@@ -92,12 +93,7 @@ def refusal_reason(node: TreeNode) -> str:
     if re.fullmatch(r"Switch\d", node.tag):
         return "it reads a blackboard, which a composition does not have"
     for key, value in node.attributes.items():
-        is_port_of_subtree = node.tag in SUBTREES and key in (
-            "_autoremap",
-            "__autoremap",
-            "__shared_blackboard",
-        )
-        if key.startswith("_") and key not in INERT and value and not is_port_of_subtree:
+        if key in SCRIPTS and value:
             return f"`{key}` is a script over a blackboard, which a composition does not have"
     least, most = _CHILDREN.get(node.tag, (0, 0 if node.tag in (*SUBTREES, "Action", "Condition") else None))
     found = len(node.children)
@@ -105,8 +101,24 @@ def refusal_reason(node: TreeNode) -> str:
         needed = f"{least}" if least == most else f"{least} or more" if most is None else f"{least} to {most}"
         return f"it has {found} children; it needs {needed}"
     known = _ATTRIBUTES.get(node.tag)
-    odd = [] if known is None else sorted(node.attributes.keys() - INERT - set(known))
-    return f"`{odd[0]}` is not an attribute of it" if odd and not odd[0].startswith("_") else ""
+    odd = [] if known is None else sorted(ports_of(node).keys() - set(known))
+    return f"`{odd[0]}` is not an attribute of it" if odd else ""
+
+
+def ports_of(node: TreeNode) -> dict[str, str]:
+    """Return the attributes of a node that are ports of it.
+
+    Args:
+        node: the node.
+
+    Returns:
+        Text by name; a port's name never begins with `_`.
+    """
+    return {
+        name: text
+        for name, text in node.attributes.items()
+        if name not in ("name", "ID") and not name.startswith("_")
+    }
 
 
 _CHILDREN: Final[Mapping[str, tuple[int, int | None]]] = {

@@ -23,6 +23,7 @@ from aeros.apps.trees.supported_nodes import (
     RETRIES,
     SEQUENCES,
     SUBTREES,
+    ports_of,
     refusal_reason,
 )
 from aeros.apps.trees.tree_xml import TreeNode
@@ -325,17 +326,17 @@ class _Importer(_NodeReports):
     def _subtree(self, node: TreeNode, place: _Place) -> PartForm | None:
         name = node.attributes.get("ID", "")
         tree = self._library.trees.get(name)
-        if tree is None:
-            self.refuse(node, f"no tree `{name}` is in these files; add the file that has it")
+        if tree is None and not self._leaves.is_skill(name):
+            self.refuse(
+                node,
+                f"no tree `{name}` is in these files; add the file that has it, or bind it to a skill by "
+                "--action",
+            )
             return None
         if name in place.trees:
             self.refuse(node, f"the tree `{name}` runs itself; a composition ends")
             return None
-        ports = {
-            key: value
-            for key, value in node.attributes.items()
-            if not key.startswith("_") and key not in ("ID", "name")
-        }
+        ports = ports_of(node)
         is_old_file = node.path in self._library.old_files
         is_old = is_old_file and node.tag == "SubTree"
         right, other = ("__autoremap", "_autoremap") if is_old_file else ("_autoremap", "__autoremap")
@@ -354,6 +355,8 @@ class _Importer(_NodeReports):
         if reason:
             self.refuse(node, reason)
             return None
+        if tree is None:
+            return self._leaf(replace(node, tag="Action"), place)
         remap = node.attributes.get(right, "false").lower()
         self._report(node, "", f"the tree `{name}`, written out")
         scope = place.scope.inner(ports, len(self.reports), is_remapped=remap in ("true", "1") and not is_old)

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """\
 For ROS 2 from PyPI (`pip install '.[ros2]'` in the clone of AEROS).  With a sourced ROS 2 distribution, build
-the folder aeros_msgs of this package with colcon instead; the distribution has control_msgs and tf2_msgs.
+the folder aeros_msgs of this package with colcon instead; the distribution has the others.
 Without them, `aeros run --ros2` offers what standard message packages can carry.
-Wheels are kept in the user's cache, by the digest of the definitions.  A build takes a minute or two.
+Wheels are kept in the user's cache, by the digest of the definitions.  A build takes some minutes.
 
 examples:
   aeros ros2-messages

@@ -25,7 +25,7 @@ from aeros.cli.arguments import (
 from aeros.cli.latest_run import save_latest_run
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import add_plant_argument
-from aeros.cli.ros2_options import add_ros2_options, open_peers, require_ros2_options
+from aeros.cli.ros2_options import add_ros2_options, open_peers, print_bus, require_ros2_options
 from aeros.cli.terminal.rendering import print_labelled
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import private_umask
@@ -173,7 +173,7 @@ class _Server:
             governor.on_command = lambda command: agent.set_paused(is_paused=command is OperatorCommand.PAUSE)
             server = bus.serve_action(EXECUTE_SKILL, EXECUTE) if arguments.execute_skill else None
             skills = None if server is None else SkillGoals(server, executor)
-            print_labelled("ros2", f"{self._peers.summary()}; waiting for {PURSUE}")
+            print_bus(self._peers, f"waiting for {PURSUE}")
             try:
                 while governor.command is not OperatorCommand.STOP:
                     if skills is not None:

@@ -24,7 +24,7 @@ from aeros.cli.latest_run import save_latest_run
 from aeros.cli.records.dataset import RunDataset
 from aeros.cli.records.film import write_film
 from aeros.cli.records.report import write_report
-from aeros.cli.ros2_options import open_peers
+from aeros.cli.ros2_options import open_peers, print_bus
 from aeros.cli.run.help_question import help_asker
 from aeros.cli.run.planners import planning_timeout
 from aeros.cli.run.run_plant import PlantSetup, lost_poses, open_run_plant
@@ -122,7 +122,7 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
         # An agent that lost its supervisor has stopped; its task and plant can be resumed.
         is_over = False
         if peers is not None:
-            print_labelled("ros2", f"{peers.summary()}")
+            print_bus(peers)
         if isinstance(recorded.plant, RemotePlant) and not notifier.is_alone:
             end_plant(recorded.plant, arguments.state)
             is_over = True

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.consequences.disturbance import Definitions
-from aeros.spec.consequences.stopped_parts import parallel_skills, stop_of_part
+from aeros.spec.consequences.stopped_parts import stop_of_part
+from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import IntegerType
 from aeros.spec.model.composition import Composition, Step
-from aeros.spec.model.ecm import Skill
+from aeros.spec.model.ecm import ActionCondition, Skill
 from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combinations
 from aeros.spec.model.step_graph import StoppablePart
 from aeros.spec.model.variables import Declared
@@ -35,18 +36,19 @@ def stop_in_loop(
         The skill.
 
     Raises:
-        StateSpaceError: too much is open after the stop: a whole number that parallel steps set, or more than
-            `MAX_COMBINATIONS` combinations of values.
+        StateSpaceError: more than `MAX_COMBINATIONS` combinations of values are open after the stop.
     """
     handlers = composition.handlers
     stop = stop_of_part(part, handlers, skills, state, definitions)
-    sets_number = any(
-        isinstance(state[name].variable.type, IntegerType)
-        for one in parallel_skills(part, handlers, skills)
-        for outcome in one.outcomes.values()
-        for name in outcome.effects
-    )
-    many = stop.hold_condition is not None and count_combinations(stop.hold_condition) > MAX_COMBINATIONS
-    if sets_number or many:
+    if stop.hold_condition is not None and _combinations(stop.hold_condition, state) > MAX_COMBINATIONS:
         raise StateSpaceError(f"a part of `{composition.id}` that may be stopped leaves too much open")
     return stop
+
+
+def _combinations(hold: ActionCondition, state: Mapping[str, Declared]) -> int:
+    """Count the combinations of values of predicates and whole numbers; one without a range counts once."""
+    numbers = 1
+    for name, one in t.variables_of(hold.term).items():
+        if isinstance(one.type, IntegerType) and name in state and (bounds := state[name].range) is not None:
+            numbers *= int(bounds[1]) - int(bounds[0]) + 1
+    return count_combinations(hold) * numbers

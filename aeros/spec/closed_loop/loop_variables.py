@@ -86,6 +86,12 @@ class LoopVariables:
             self.values[name] = self._cells(name, conditions, numbers.get(name, set()), quantities)
         self.values = {name: self.values[name] for name in self.variables}
         self._quantities = tuple(quantities)
+        set_by_skills = {name for skill in skills for one in skill.outcomes.values() for name in one.effects}
+        self._counts = tuple(
+            name
+            for name, one in self.variables.items()
+            if isinstance(one.type, IntegerType) and name in set_by_skills
+        )
 
     def starts(self, initial: Mapping[str, Any]) -> Iterator[Values]:
         """List the values that each variable may have at the start of a task.
@@ -126,13 +132,19 @@ class LoopVariables:
             outcome: an outcome of it, or an end without a declared outcome.
 
         Returns:
-            The values; several for each quantity that is open.
+            The values; several for each quantity that is open, and for each whole number that a halted run
+            may have set.
         """
         opened = {
             name: values
             for name in self._quantities
             if (values := self._open_values(name, skill, outcome)) is not None
         }
+        if outcome.id in (HOLD_LOST, STOPPED):
+            halted = (
+                name for name in self._counts if name not in outcome.effects and self._may_set(name, skill)
+            )
+            opened |= {name: self.values[name] for name in halted}
         return self.facts.after(outcome, opened, self.variables)
 
     def _defining_conditions(self) -> dict[str, t.Term]:
@@ -171,7 +183,7 @@ class LoopVariables:
         return self.values[name] if is_open else None
 
     def _may_set(self, name: str, skill: Skill) -> bool:
-        """Tell whether a run of a skill that is halted may have changed a quantity."""
+        """Tell whether a run of a skill that is halted may have changed a number."""
         hold = skill.hold_condition
         ranges = (one.variable for outcome in skill.outcomes.values() for one in outcome.ranges)
         return (hold is not None and name in t.variables_of(hold.term)) or name in ranges

@@ -124,6 +124,41 @@ def composed_loop(seed: int) -> Loop:
     return ecm, task, site
 
 
+def stopped_loop(seed: int) -> Loop:
+    """A task whose step is a composition that may be stopped while one of its parallel steps counts."""
+    drawn = Random(seed)  # noqa: S311  cases of a test
+    skills = [_without_quantities(_counting_skill(drawn, f"left_{at}")) for at in range(2)]
+    skills += [_flag_skill(drawn, f"right_{at}", _OTHER_FLAGS) for at in range(2)]
+    branches = Par(tuple(_step(drawn, f"{side}_0", ()) for side in ("left", "right")), SPAN)
+    condition = drawn.choice(["count < 3", "count >= 1", _FLAGS[0]])
+    held = ActionCondition(term(condition), condition, SPAN, (Conjunct(term(condition), SPAN),))
+    body: Part = TimedPart(branches, SPAN, True, Fraction(10))
+    if drawn.random() < 0.5:
+        inner: Part = branches if drawn.random() < 0.5 else _step(drawn, "left_0", ())
+        body = HeldPart(inner, SPAN, True, held)
+    composition = Composition("work", t.TRUE, None, body, {}, SPAN)
+    rules = [rule(drawn.choice(_FLAGS), "working", drawn.randint(0, 1))]
+    rules += [rule(drawn.choice(_OTHER_FLAGS), drawn.choice(["left_1", "right_1"]))] * drawn.randint(0, 1)
+    initial = {"count": Fraction(drawn.randint(0, _MOST))}
+    goal = drawn.choice([_FLAGS[0], _condition(drawn)])
+    ecm, task, site = _loop(tuple(skills), rules, goal, initial, (_condition(drawn), "count >= 0"))
+    ecm = replace(ecm, compositions={"work": composition}, capabilities={"working": ("work",)})
+    return ecm, task, site
+
+
+def _without_quantities(one: Skill) -> Skill:
+    """Leave out effects on quantities: after a stop each would have every value, beside every count."""
+    outcomes = {
+        name: replace(
+            outcome,
+            effects={key: value for key, value in outcome.effects.items() if key != "fill_level"},
+            ranges=(),
+        )
+        for name, outcome in one.outcomes.items()
+    }
+    return replace(one, outcomes=outcomes)
+
+
 def _loop(
     skills: tuple[Skill, ...], rules: Sequence[Any], goal: str, initial: dict[str, Any], kept: Sequence[str]
 ) -> Loop:

@@ -15,7 +15,7 @@ from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import discharge_obligations
-from tests.differential.planning.number_loops import Loop, composed_loop, number_loop
+from tests.differential.planning.number_loops import Loop, composed_loop, number_loop, stopped_loop
 from tests.unit.spec.closed_loop.symbolic.certificates import certificate_of
 
 SEEN: Counter[str] = Counter()
@@ -92,6 +92,16 @@ def test_sets_of_states_have_the_same_faults_as_listed_states(
     assert SEEN["proved"] > len(seeds) / 50
     for code in ("AE801", "AE802", "AE804"):
         assert min(SEEN[f"{code} True"], SEEN[f"{code} False"]) > len(seeds) / 30
+
+
+@pytest.mark.parametrize("seeds", [range(1, 12), pytest.param(range(12, 60), marks=pytest.mark.deep)])
+def test_sets_of_states_have_the_same_faults_where_a_counting_step_may_be_stopped(seeds: range) -> None:
+    SEEN.clear()
+    for seed in seeds:
+        compare(stopped_loop, seed)
+    assert SEEN["undecided"] < len(seeds) / 5
+    for claim in ("AE801 True", "AE802 False", "AE804 True", "AE804 False"):
+        assert SEEN[claim] > 0, SEEN
 
 
 def test_the_claims_of_a_module_are_the_same_where_its_states_are_not_listed(

@@ -1,12 +1,14 @@
-"""`--topic-sensor` names a number of the site, a topic and a type; mistakes are explained."""
+"""`--topic-sensor` names a number, a topic and a type; each remark about the node has a line."""
 
 from __future__ import annotations
 
 import argparse
+from types import SimpleNamespace
 
 import pytest
 
-from aeros.cli.ros2_options import add_ros2_options, open_peers, read_topic_sensor
+from aeros.apps.ros2.robot_bus import RobotBus
+from aeros.cli.ros2_options import add_ros2_options, open_peers, print_bus, read_topic_sensor
 from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
@@ -60,3 +62,14 @@ def test_all_arguments_after_ros_args_are_for_ros_2() -> None:
     add_ros2_options(parser)
     parsed = parser.parse_args(["--ros2", "--ros-args", "-r", "__ns:=/a", "--ros2"])
     assert parsed.ros_args == ["-r", "__ns:=/a", "--ros2"]
+
+
+def test_each_remark_about_the_node_has_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    bus = SimpleNamespace(node_name="/aeros", missing={"tf2_msgs": "not installed", "aeros_msgs": "no"})
+    page = SimpleNamespace(command=None)
+    robot = RobotBus(bus, None, page, None)  # type: ignore[arg-type]
+    print_bus(robot, "waiting for /aeros/pursue")
+    first, *remarks = capsys.readouterr().out.splitlines()
+    assert first.startswith("ros2       node /aeros, domain ")
+    assert first.endswith("; waiting for /aeros/pursue")
+    assert remarks == ["           aeros_msgs: no", "           tf2_msgs: not installed"]

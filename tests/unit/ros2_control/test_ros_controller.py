@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from aeros.wired_arm.process import ProcessError
+from tests.repo.tree import ROOT
 from tests.unit.ros2_control.foreign.stub import JOINTS
 from tests.unit.ros2_control.test_plant import SETTINGS, opened
 from tests.unit.runtime.bus.ros2.foreign.environments import Domain
@@ -37,3 +39,18 @@ def test_a_controller_that_is_not_there_is_not_opened(
     words = "nobody offers the action /other/follow_joint_trajectory"
     with pytest.raises(ProcessError, match=words), opened(monkeypatch, domain, other):
         pass
+
+
+def test_nothing_is_destroyed_while_the_executor_takes_its_messages() -> None:
+    tree = ast.parse((ROOT / "aeros" / "ros2_control" / "ros_controller.py").read_text())
+    calls = [
+        (function.name, call.func.attr, call.lineno)
+        for function in ast.walk(tree)
+        if isinstance(function, ast.FunctionDef)
+        for call in ast.walk(function)
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)
+    ]
+    destroyed = [(name, line) for name, method, line in calls if method.startswith("destroy_")]
+    (joined,) = [line for name, method, line in calls if (name, method) == ("close", "join")]
+    assert destroyed
+    assert all(name == "close" and line > joined for name, line in destroyed)

@@ -45,14 +45,23 @@ class SensedPlant(ListenedPlant):
         """Implement `Plant.advance`; the monitor gets the topics' readings at every tick."""
         began = None if self.runs_in_real_time else (self.now(), time.monotonic())
 
+        def time_ahead(now: float) -> float:
+            return 0.0 if began is None else (now - began[0]) - (time.monotonic() - began[1])
+
         def check(now: float, measured: Mapping[str, Any]) -> str | None:
-            if began is not None:
-                ahead = (now - began[0]) - (time.monotonic() - began[1])
-                if ahead > 0.0:
-                    self._sleep(ahead)
+            ahead = time_ahead(now)
+            if ahead > 0.0:
+                self._sleep(ahead)
             return monitor(now, self._readings.put_into(measured, now))
 
-        return super().advance(_SensedMonitor(check, monitor), until)
+        ended = super().advance(_SensedMonitor(check, monitor), until)
+        now = self.now()
+        ahead = time_ahead(now)
+        if ahead > 0.0:
+            # Nothing moved, so there were no ticks: what comes from here on is not dated to before the wait.
+            self._readings.put_into({}, now)
+            self._sleep(ahead)
+        return ended
 
 
 class _SensedMonitor:

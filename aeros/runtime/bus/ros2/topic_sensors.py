@@ -117,7 +117,8 @@ class TopicSensor:
         """Return the newest value with a time on the plant's clock that is not later than its measurement.
 
         The clock of a plant in real time is as fast as this machine's. That of a simulator is not: a message
-        that was not there at the last look is dated to that look.
+        that was not there at the last look is dated to that look, or by this machine's clock if that is
+        earlier.
 
         Args:
             now: Plant time, s.
@@ -132,7 +133,9 @@ class TopicSensor:
         if arrived is None:
             return None
         if self._reading is None or self._reading[0] != arrived.number:
-            seen = now - (self._clock() - arrived.at) if is_real_time else before
+            seen = now - (self._clock() - arrived.at)
+            if not is_real_time:
+                seen = min(before, seen)
             self._reading = (arrived.number, Reading(arrived.value, seen - arrived.delay))
         return self._reading[1]
 

@@ -45,7 +45,7 @@ def test_leaves_are_declared() -> None:
     assert found.output_ports["A"] == {"out"}
     calls = tree("A", '<Sequence><B/><SubTree ID="S"/></Sequence>')
     new = library(f'<root BTCPP_format="4">{calls}</root>')
-    assert (leaf_names(found), leaf_names(new)) == ({"A"}, {"B"})
+    assert (leaf_names(found), leaf_names(new)) == ({"A"}, {"B", "S"})
     assert (found.old_files, new.old_files) == ({"0.xml"}, set())
 
 

@@ -44,6 +44,7 @@ def tried(body: str, settings: ImportSettings | None = None, more: str = "") -> 
             f'<Repeat num_cycles="2">{A}</Repeat>',
             {"seq": [DO_A | STOP, {"skill": "open_gripper", "id": "open_gripper_2"} | STOP]},
         ),
+        (f"<Sequence _external='true' _notes='x'>{A}{B}</Sequence>", {"seq": [DO_A | STOP, DO_B | STOP]}),
         (f"<Parallel>{C}{A}{B}</Parallel>", {"seq": [CHECK, {"par": [DO_A | STOP, DO_B | STOP]}]}),
         (
             f"<IfThenElse>{C}{A}{B}</IfThenElse>",
@@ -132,7 +133,7 @@ def test_a_node_becomes_a_part(body: str, part: dict[str, Any]) -> None:
             f'<RetryUntilSuccessful num_attempts="{"1" * 5000}">{A}</RetryUntilSuccessful>',
             f"`num_attempts` is {'1' * 20}…;",
         ),
-        (f'<Repeat num_cycles="99">{A}</Repeat>', "`num_cycles` is 99"),
+        (f'<Repeat num_cycles="101">{A}</Repeat>', "`num_cycles` is 101"),
         (f'<Parallel failure_count="2">{A}{B}</Parallel>', "it succeeds or fails with some of its children"),
         (f"<Parallel>{A}{C}</Parallel>", "a condition after an action is decided while the action runs"),
         (f"<IfThenElse>{A}{B}</IfThenElse>", "its first child is not a condition"),
@@ -295,3 +296,10 @@ def test_names_become_identifiers() -> None:
     assert [identifier(one) for one in names] == [
         *("open_gripper", "open_gripper", "http_server2", "step_2_fast", "ber", "step")
     ]
+
+
+def test_a_subtree_that_no_file_has_may_be_a_skill() -> None:
+    body = '<Sequence><SubTree ID="Move to Waypoint" _autoremap="false" waypoint="Home"/></Sequence>'
+    found = tried(body, ImportSettings({"Move to Waypoint": "move"}))
+    assert found.part == {"skill": "move", "inputs": {"waypoint": "Home"}} | STOP
+    assert "or bind it to a skill by --action" in tried(body).refused[0].reason

@@ -18,11 +18,12 @@ from aeros.spec.closed_loop.loop_variables import (
     skills_of,
 )
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.effects import QuantityRange
+from aeros.spec.expr.effects import Increment, QuantityRange
 from aeros.spec.expr.lower import lower
-from aeros.spec.model.ecm import Outcome, Skill, Task
+from aeros.spec.model.ecm import ActionCondition, Outcome, Skill, Task
+from aeros.spec.model.hold_conditions import HOLD_LOST, STOPPED
 from tests.differential.planning.number_loops import STATE
-from tests.unit.agent.dumplings import FORCE, PREDICATES, module, rule, site, skill, task
+from tests.unit.agent.dumplings import FORCE, PREDICATES, SPAN, module, rule, site, skill, task
 
 HALF, FULL = Fraction(1, 2), Fraction(1)
 LEFT_HALF = QuantityRange("fill_level", None, Fraction(0), HALF)
@@ -55,6 +56,20 @@ def test_a_start_has_the_values_that_are_stated_and_all_of_others() -> None:
     found = variables("fill_level > 0.5 and dumpling_cooked", FILL, initial={"fill_level": HALF})
     starts = dict(zip(found.variables, found.starts({"fill_level": HALF}), strict=True))
     assert starts == {"fill_level": (HALF,), "dumpling_cooked": (False, True)}
+
+
+@pytest.mark.parametrize("end", [HOLD_LOST, STOPPED])
+def test_a_halted_run_leaves_a_count_that_its_condition_reads_at_any_value(end: str) -> None:
+    counting = skill("add", Outcome("added", {"count": Increment(FULL)}, False, None, None))
+    found = variables("fill_level >= 0.5", counting)
+    held = ActionCondition(t.And((STATE["count"].variable,)), "", SPAN)
+    halted = Outcome(end, {}, True, Fraction(0), None)
+    assert found.after(replace(counting, hold_condition=held), halted).opened == {
+        "count": found.values["count"]
+    }
+    set_before = replace(halted, effects={"count": FULL})
+    assert found.after(replace(counting, hold_condition=held), set_before).opened == {}
+    assert found.after(counting, halted).opened == {}
 
 
 def test_a_vector_counts_as_the_components_that_are_read() -> None:

@@ -15,6 +15,7 @@ from tests.unit.runtime.bus.ros2.foreign.environments import Domain, cyclone_env
 pytestmark = pytest.mark.deep
 
 _RUN = ("run", "fetch the object", "--plant", "kinematic", "--state", "state", "--out", "out")
+_SCENE = "foxglove_msgs/msg/SceneUpdate"
 _TF_HASH = "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"
 """Hash of tf2_msgs/msg/TFMessage in every distribution since Iron."""
 
@@ -38,18 +39,19 @@ def test_a_peer_hears_a_whole_run(domain: Domain) -> None:
         # Whoever comes late gets what is said once.
         {"do": "subscribe", "topic": "/robot_description", "type": "std_msgs/msg/String", "latched": True},
         {"do": "subscribe", "topic": "/tf_static", "type": "tf2_msgs/msg/TFMessage", "latched": True},
+        {"do": "subscribe", "topic": "/aeros/scene", "type": _SCENE, "latched": True},
         {"do": "listen", "seconds": 120.0, "until": "gate-closed"},
     )
     with domain.robot(*_RUN) as robot:
         out, err = peer.communicate(timeout=200.0)
         assert robot.wait(timeout=60.0) == 0
     assert peer.returncode == 0, err
-    *_, topics, services, _, _, _, heard = (json.loads(line) for line in out.splitlines())
+    *_, topics, services, _, _, _, _, heard = (json.loads(line) for line in out.splitlines())
 
     assert topics["/tf"]["hash"] == topics["/tf_static"]["hash"] == _TF_HASH
     assert all(one["hash"].startswith("RIHS01_") for one in topics.values())
     latched = {name for name, one in topics.items() if one["durability"] == "TRANSIENT_LOCAL"}
-    assert latched == {"/robot_description", "/rosout", "/tf_static"}
+    assert latched == {"/aeros/robot", "/aeros/scene", "/robot_description", "/rosout", "/tf_static"}
     assert topics["/clock"]["reliability"] == "BEST_EFFORT"
     assert services["/aeros/pause"] == "std_srvs/srv/Trigger"
     assert services["/aeros/change_state"] == "lifecycle_msgs/srv/ChangeState"
@@ -67,6 +69,7 @@ def test_a_peer_hears_a_whole_run(domain: Domain) -> None:
     assert "tool" not in moving
     assert heard["/tf_static"]["last"]["transforms"][0]["child_frame_id"] == "tool"
     assert "<robot name=" in heard["/robot_description"]["last"]["data"]
+    assert "workspace" in {one["id"] for one in heard["/aeros/scene"]["last"]["entities"]}
 
 
 def test_without_aeros_msgs_decisions_are_json_text(domain: Domain) -> None:

@@ -65,3 +65,38 @@ def test_a_simulator_waits_for_real_time_and_a_robot_does_not() -> None:
     robot.runs_in_real_time = True  # type: ignore[attr-defined]
     sensed(robot, waits.append).advance(Recording(), 2.0)
     assert len(waits) == 1
+
+
+class Idling:
+    """Plant in which nothing moves: time passes at once, without a tick."""
+
+    def __init__(self) -> None:
+        self.time = 1.0
+
+    def now(self) -> float:
+        return self.time
+
+    def observe(self) -> Any:
+        return {}
+
+    def advance(self, _monitor: Any, until: float) -> Any:
+        self.time = until
+        return {}
+
+
+def test_a_message_that_comes_while_nothing_moves_is_fresh_after_the_wait() -> None:
+    sensor = TopicSensor("d", "/d", "std_msgs/msg/Float64", lambda: 0.0)
+    sensor.receive(SimpleNamespace(data=2.0), now=0.0)
+    waits: list[float] = []
+
+    def sleep(seconds: float) -> None:
+        waits.append(seconds)
+        sensor.receive(SimpleNamespace(data=3.0), now=0.0)
+
+    plant = SensedPlant(Idling(), [sensor], sleep)  # type: ignore[arg-type]
+    assert plant.observe() == {"d": Reading(2.0, 1.0)}
+    assert plant.observe() == {"d": Reading(2.0, 1.0)}
+    plant.advance(Recording(), 2.0)
+    assert len(waits) == 1
+    assert 0.9 < waits[0] <= 1.0
+    assert plant.observe() == {"d": Reading(3.0, 2.0)}

@@ -80,6 +80,16 @@ def test_on_a_simulator_a_reading_is_dated_to_the_look_before_it_came() -> None:
     assert readings.put_into({}, 7.0) == {"d": Reading(1.5, 4.0 - (100.02 - 100.0))}
 
 
+def test_on_a_slow_simulator_a_reading_is_as_old_as_on_this_machine() -> None:
+    wall = Wall()
+    sensor = TopicSensor("d", "/d", RANGE, wall)
+    readings = TopicReadings([sensor], is_real_time=False)
+    readings.put_into({}, 4.0)
+    sensor.receive(range_message(1.5), now=100.0)
+    wall.seconds = 2.0
+    assert readings.put_into({}, 4.1) == {"d": Reading(1.5, 4.1 - 2.0)}
+
+
 def test_a_sensor_that_falls_silent_keeps_its_old_reading() -> None:
     sensor = TopicSensor("d", "/d", RANGE, Wall())
     readings = TopicReadings([sensor], is_real_time=False)
