@@ -68,7 +68,7 @@ def _ask_the_same(one: Errand, other: Errand, site: Site, oracle: Oracle) -> boo
 
 
 def _under_arguments(routed: RoutedTask) -> t.Term:
-    """Return the goal of a task with the values of its parameters: `dumplings_cooked >= 2` for `… >= count`."""
+    """Return the goal of a task with the values of its parameters: `cooked >= 2` for `cooked >= count`."""
     variables = {one.full_name: one.declared.variable for one in routed.task.parameters.values()}
     return t.substitute(
         routed.task.goal,

@@ -161,8 +161,8 @@ _CLAUSE_STARTS: Final = english.PERSONS | {"i", "we", "he", "she", "they", "wher
 def _candidates(tokens: Sequence[str], tasks: Sequence[TaskPhrases]) -> list[frozenset[int]]:
     """Return the places of tokens that may be left out, the fewest first.
 
-    They are the words that nothing declares, and one phrase or clause. They say something: without `off` alone,
-    the rest would say another thing.
+    They are the words that nothing declares, and one phrase or clause. They say something: without `off`
+    alone, the rest would say another thing.
     """
     kept = _kept_words(tokens, tasks)
     is_kept = tuple(not kept.isdisjoint(normalized_words(token)) for token in tokens)
