@@ -122,7 +122,7 @@ def points_of(q: Vector) -> Vector:
     """Both ends of every link's capsule in the base's frame, (n, points, 3), for q (n, 7)."""
     n = len(q)
     rotations, origins = [np.broadcast_to(np.eye(3), (n, 3, 3))], [np.zeros((n, 3))]
-    for joint, (a, alpha, offset) in enumerate(PANDA_BODY.dh_rows):
+    for joint, (a, alpha, offset, *_) in enumerate(PANDA_BODY.dh_rows):
         ca, sa = np.cos(alpha), np.sin(alpha)
         c, s = np.cos(q[:, joint]), np.sin(q[:, joint])
         zero, one = np.zeros(n), np.ones(n)
