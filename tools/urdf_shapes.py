@@ -219,7 +219,7 @@ def numbers_of(element: ElementTree.Element, name: str, default: str = "", count
         numbers = []
     if len(numbers) != count or not all(map(isfinite, numbers)):
         needed = "a number" if count == 1 else f"{count} numbers"
-        raise SystemExit(f"`{name}` of a `{element.tag}` of the URDF is `{text}`; it needs {needed}")
+        raise SystemExit(f"`{name}` of `<{element.tag}>` in the URDF is `{text}`; it needs {needed}")
     return numbers
 
 
