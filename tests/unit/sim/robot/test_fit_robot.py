@@ -119,7 +119,10 @@ _JOINT = """\
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (_JOINT.format(child="two", xyz="0 0"), "`xyz` of `<origin>` in the URDF is `0 0`; it needs 3 numbers"),
+        (
+            _JOINT.format(child="two", xyz="0 0"),
+            "`xyz` of `<origin>` in the URDF is `0 0`; it needs 3 numbers",
+        ),
         (_JOINT.format(child="two", xyz="0 0 up"), "is `0 0 up`; it needs 3 numbers"),
         (_JOINT.format(child="two", xyz="0 0 1"), "names the link `base`, which is not there"),
     ],
