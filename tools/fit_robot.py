@@ -26,7 +26,7 @@ from aeros.runtime.ports import Hull
 from aeros.sim.robot.robot_file import reference_robot
 from tools.fit_link_hulls import Points, Rows, fit_hull, write_hulls
 from tools.fit_link_hulls import mesh_vertices as hand_vertices
-from tools.urdf_shapes import floats_of, link_vertices, pose_of, read_urdf, transform
+from tools.urdf_shapes import link_vertices, number_of, numbers_of, pose_of, read_urdf, transform
 
 _TOLERANCE: Final = 1e-6
 
@@ -94,9 +94,9 @@ def read_chain(root: ElementTree.Element) -> tuple[str, list[Joint]]:
             Joint(
                 link,
                 pose_of(one.find("origin")),
-                np.array([1.0, 0.0, 0.0] if axis is None else floats_of(axis.get("xyz", ""))),
-                -pi if limit is None else float(limit.get("lower", -pi)),
-                pi if limit is None else float(limit.get("upper", pi)),
+                np.array([1.0, 0.0, 0.0] if axis is None else numbers_of(axis, "xyz", "1 0 0")),
+                -pi if limit is None else number_of(limit, "lower", str(-pi)),
+                pi if limit is None else number_of(limit, "upper", str(pi)),
             )
         )
     return bases[0], joints
@@ -282,6 +282,10 @@ def main() -> None:
     name, flange, turn = asked.name, asked.flange, asked.turn
     root = read_urdf(asked.urdf)
     base, joints = read_chain(root)
+    links = {one.get("name", ""): one for one in root.findall("link")}
+    for link in (base, *(joint.child for joint in joints)):
+        if link not in links:
+            raise SystemExit(f"a joint of the URDF names the link `{link}`, which is not there")
     rows, offsets = denavit_hartenberg(joints)
     print("chain:")
     for row in rows:
@@ -291,7 +295,6 @@ def main() -> None:
     ready = ready_posture(rows, flange, turn, lowest, highest)
     shown = "# none was found: try another flange or turn" if ready is None else ready.round(9).tolist()
     print(f"ready: {shown}")
-    links = {one.get("name", ""): one for one in root.findall("link")}
     print("links:")
     for joint, moved in zip(joints, offsets, strict=True):
         _print_mass(links[joint.child], moved)
@@ -339,7 +342,7 @@ def _print_mass(link: ElementTree.Element, moved: Points) -> None:
     )
     if mass is None or inertia is None:
         raise SystemExit(f"the link `{link.get('name')}` has no mass or inertia")
-    one = {key: float(value) for key, value in inertia.items()}
+    one = {key: number_of(inertia, key) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}
     tensor = np.array(
         [
             [one["ixx"], one["ixy"], one["ixz"]],
@@ -349,7 +352,7 @@ def _print_mass(link: ElementTree.Element, moved: Points) -> None:
     )
     turned = place[:3, :3] @ tensor @ place[:3, :3].T
     parts = [turned[0, 0], turned[1, 1], turned[2, 2], turned[0, 1], turned[0, 2], turned[1, 2]]
-    print(f"    - mass: {float(mass.get('value', 0))!r}")
+    print(f"    - mass: {number_of(mass, 'value')!r}")
     print(f"      centre: {[round(float(x), 6) + 0.0 for x in place[:3, 3]]}")
     print(f"      inertia: {[round(float(x), 6) + 0.0 for x in parts]}")
 

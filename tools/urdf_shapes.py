@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from itertools import product
-from math import cos, pi, sin
+from math import cos, isfinite, pi, sin
 from pathlib import Path
 from typing import Final
 from xml.etree import ElementTree
@@ -106,7 +106,20 @@ def read_mesh(path: Path) -> Points:
 
     Returns:
         The vertices (n, 3).
+
+    Raises:
+        SystemExit: the file is none of these, or has no vertices.
     """
+    try:
+        points = _vertices(path)
+    except (OSError, ValueError, struct.error) as failure:
+        raise SystemExit(f"{path}: not an OBJ or STL file: {failure}") from failure
+    if points.ndim != 2 or points.shape[1] != 3 or not len(points):
+        raise SystemExit(f"{path}: no vertices of three numbers; export the mesh again")
+    return points
+
+
+def _vertices(path: Path) -> Points:
     data = path.read_bytes()
     if path.suffix.lower() == ".obj":
         lines = data.decode().splitlines()
@@ -126,17 +139,17 @@ def _points_of(shape: ElementTree.Element, urdf: Path) -> Points:
     for one in () if geometry is None else geometry:
         match one.tag:
             case "mesh":
-                scale = np.array(floats_of(one.get("scale", "1 1 1")))
+                scale = np.array(numbers_of(one, "scale", "1 1 1"))
                 points: Points = read_mesh(find_mesh(one.get("filename", ""), urdf)) * scale
                 return points
             case "box":
-                halves = [(-edge / 2.0, edge / 2.0) for edge in floats_of(one.get("size", ""))]
+                halves = [(-edge / 2.0, edge / 2.0) for edge in numbers_of(one, "size")]
                 return np.array([*product(*halves)])
             case "cylinder":
-                radius, length = float(one.get("radius", 0)), float(one.get("length", 0))
+                radius, length = number_of(one, "radius"), number_of(one, "length")
                 return np.array([(x, y, z) for x, y in _ring(radius) for z in (-length / 2.0, length / 2.0)])
             case "sphere":
-                radius = float(one.get("radius", 0))
+                radius = number_of(one, "radius")
                 return np.array([*product((-radius, radius), repeat=3)])
     raise SystemExit(f"a `{shape.tag}` has no geometry that is known: mesh, box, cylinder or sphere")
 
@@ -173,24 +186,56 @@ def pose_of(origin: ElementTree.Element | None) -> Points:
     pose: Points = np.eye(4)
     if origin is None:
         return pose
-    roll, pitch, yaw = floats_of(origin.get("rpy", "0 0 0"))
+    roll, pitch, yaw = numbers_of(origin, "rpy", "0 0 0")
     cr, sr, cp, sp, cy, sy = cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)
     pose[:3, :3] = [
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
     ]
-    pose[:3, 3] = floats_of(origin.get("xyz", "0 0 0"))
+    pose[:3, 3] = numbers_of(origin, "xyz", "0 0 0")
     return pose
 
 
-def floats_of(text: str) -> list[float]:
-    """Read numbers that blanks separate.
+def numbers_of(element: ElementTree.Element, name: str, default: str = "", count: int = 3) -> list[float]:
+    """Read an attribute that has numbers.
 
     Args:
-        text: the text.
+        element: the element.
+        name: name of the attribute.
+        default: its text if it is left out.
+        count: how many numbers it has.
 
     Returns:
         The numbers.
+
+    Raises:
+        SystemExit: it has other than `count` finite numbers.
     """
-    return [float(word) for word in text.split()]
+    text = element.get(name, default)
+    try:
+        numbers = [float(word) for word in text.split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(map(isfinite, numbers)):
+        needed = "a number" if count == 1 else f"{count} numbers"
+        raise SystemExit(f"`{name}` of `<{element.tag}>` in the URDF is `{text}`; it needs {needed}")
+    return numbers
+
+
+def number_of(element: ElementTree.Element, name: str, default: str = "") -> float:
+    """Read an attribute that has a number.
+
+    Args:
+        element: the element.
+        name: name of the attribute.
+        default: its text if it is left out.
+
+    Returns:
+        The number.
+
+    Raises:
+        SystemExit: it has none.
+    """
+    (number,) = numbers_of(element, name, default, 1)
+    return number

@@ -349,6 +349,9 @@ def make_bullet_engine(substeps: int = 1) -> Engine:
 
     Returns:
         The engine, its world empty.
+
+    Raises:
+        ValueError: there is not one step at least.
     """
     from aeros.sim.bullet.engine import BulletEngine
     from aeros.sim.bullet.world import PhysicsWorld

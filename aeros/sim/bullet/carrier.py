@@ -50,7 +50,7 @@ class Carrier:
         self._strength = strength
 
     def push(self, share: float) -> None:
-        """Push and turn the body in the next step.
+        """Push and turn the body during the next tick.
 
         Args:
             share: share of the time that has passed at its end, in (0, 1].
@@ -65,20 +65,15 @@ class Carrier:
         pull *= min(1.0, self._strength / force_wanted) if force_wanted > 0.0 else 1.0
         for link, part in zip(self._links, self._masses, strict=True):
             if part > 0.0:
-                at = place if link < 0 else bullet.getLinkState(self._body, link, physicsClientId=client)[0]
-                force = (part * pull).tolist()
-                bullet.applyExternalForce(
-                    self._body, link, force, at, bullet.WORLD_FRAME, physicsClientId=client
-                )
+                x, y, z = (part * pull).tolist()
+                self._world.push(self._body, (x, y, z), link)
         error = bullet.getAxisAngleFromQuaternion(
             bullet.getDifferenceQuaternion(orientation, self._way.orientation(share))
         )
         angle = error[1] if error[1] <= np.pi else error[1] - 2.0 * np.pi
         gain = TURN_GAIN * mass / 0.1
-        torque = gain * angle * np.array(error[0]) - 0.1 * gain * np.array(spin)
-        bullet.applyExternalTorque(
-            self._body, -1, torque.tolist(), bullet.WORLD_FRAME, physicsClientId=client
-        )
+        x, y, z = (gain * angle * np.array(error[0]) - 0.1 * gain * np.array(spin)).tolist()
+        self._world.turn(self._body, (x, y, z))
 
 
 def is_occupied(world: PhysicsWorld, low: Vector3, high: Vector3, body: int) -> bool:

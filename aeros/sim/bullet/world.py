@@ -28,6 +28,9 @@ class PhysicsWorld:
     Args:
         substeps: steps of the engine in a tick. The rate of control stays one tick.
 
+    Raises:
+        ValueError: there is not one step at least.
+
     Attributes:
         substeps: likewise.
         client: number of the client; -1 once closed.
@@ -42,6 +45,8 @@ class PhysicsWorld:
     """
 
     def __init__(self, substeps: int = 1) -> None:
+        if substeps < 1:
+            raise ValueError(f"{substeps} steps in a tick: one is the least")
         self.substeps = substeps
         self.client: int = bullet.connect(bullet.DIRECT)
         bullet.setPhysicsEngineParameter(
@@ -58,7 +63,8 @@ class PhysicsWorld:
         self.before_substep: list[Callable[[float], None]] = []
         self.after_substep: list[Callable[[], None]] = []
         self.after_step: list[Callable[[], None]] = []
-        self._pushes: list[tuple[int, Vector3]] = []
+        self._pushes: list[tuple[int, int, Vector3]] = []
+        self._turns: list[tuple[int, Vector3]] = []
         # Contact points and joint states by body after the last step, cached on first query.
         self._touching: dict[int, Any] = {}
         self._joint_states: dict[tuple[int, tuple[int, ...]], Any] = {}
@@ -75,15 +81,18 @@ class PhysicsWorld:
         for number in range(1, self.substeps + 1):
             for lead in self.before_substep:
                 lead(number / self.substeps)
-            # PyBullet forgets forces after each of its steps.
-            for body, force in self._pushes:
-                self._apply(body, force)
+            # PyBullet forgets forces and torques after each of its steps.
+            for body, link, force in self._pushes:
+                self._apply(body, link, force)
+            for body, torque in self._turns:
+                bullet.applyExternalTorque(body, -1, torque, bullet.WORLD_FRAME, physicsClientId=self.client)
             bullet.stepSimulation(physicsClientId=self.client)
             self._touching.clear()
             self._joint_states.clear()
             for record in self.after_substep:
                 record()
         self._pushes.clear()
+        self._turns.clear()
         self.ticks += 1
         for note in self.after_step:
             note()
@@ -96,18 +105,31 @@ class PhysicsWorld:
                 called.clear()
             self.client = self.bodies.client = self.renderer.client = -1
 
-    def push(self, body: int, force: Vector3) -> None:
-        """Push a body's base at its centre of mass during the next tick.
+    def push(self, body: int, force: Vector3, link: int = -1) -> None:
+        """Push a body's base, or a link, at its centre of mass during the next tick.
 
         Args:
             body: number in PyBullet.
             force: in W, N.
+            link: number of the link; -1 for the base.
         """
-        self._pushes.append((body, force))
+        self._pushes.append((body, link, force))
 
-    def _apply(self, body: int, force: Vector3) -> None:
-        place, _ = self.pose(body)
-        bullet.applyExternalForce(body, -1, force, place, bullet.WORLD_FRAME, physicsClientId=self.client)
+    def turn(self, body: int, torque: Vector3) -> None:
+        """Turn a body's base during the next tick.
+
+        Args:
+            body: number in PyBullet.
+            torque: in W, N·m.
+        """
+        self._turns.append((body, torque))
+
+    def _apply(self, body: int, link: int, force: Vector3) -> None:
+        if link < 0:
+            place = self.pose(body).position
+        else:
+            place = bullet.getLinkState(body, link, physicsClientId=self.client)[0]
+        bullet.applyExternalForce(body, link, force, place, bullet.WORLD_FRAME, physicsClientId=self.client)
 
     # Measurements.
 

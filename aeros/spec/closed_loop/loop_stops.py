@@ -40,15 +40,25 @@ def stop_in_loop(
     """
     handlers = composition.handlers
     stop = stop_of_part(part, handlers, skills, state, definitions)
-    if stop.hold_condition is not None and _combinations(stop.hold_condition, state) > MAX_COMBINATIONS:
+    changing = {
+        name: state[name]
+        for one in skills.values()
+        for outcome in one.outcomes.values()
+        for name in outcome.effects
+    }
+    if stop.hold_condition is not None and _combinations(stop.hold_condition, changing) > MAX_COMBINATIONS:
         raise StateSpaceError(f"a part of `{composition.id}` that may be stopped leaves too much open")
     return stop
 
 
-def _combinations(hold: ActionCondition, state: Mapping[str, Declared]) -> int:
-    """Count the combinations of values of predicates and whole numbers; one without a range counts once."""
+def _combinations(hold: ActionCondition, changing: Mapping[str, Declared]) -> int:
+    """Count the combinations of values of predicates, and of whole numbers that a skill sets.
+
+    A whole number without a range counts once: the loop is refused for it elsewhere.
+    """
     numbers = 1
     for name, one in t.variables_of(hold.term).items():
-        if isinstance(one.type, IntegerType) and name in state and (bounds := state[name].range) is not None:
+        bounds = changing[name].range if name in changing else None
+        if isinstance(one.type, IntegerType) and bounds is not None:
             numbers *= int(bounds[1]) - int(bounds[0]) + 1
     return count_combinations(hold) * numbers

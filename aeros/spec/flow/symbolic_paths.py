@@ -36,7 +36,7 @@ from aeros.spec.expr.types import BoolType, EnumType, IntegerType
 from aeros.spec.flow.arguments import effect_term
 from aeros.spec.model.composition import Composition, Part, Step, handlers_of
 from aeros.spec.model.ecm import Outcome, Skill
-from aeros.spec.model.hold_conditions import hold_loss_outcomes, stop_outcomes
+from aeros.spec.model.hold_conditions import HOLD_LOST, hold_loss_outcomes, numbers_read, stop_outcomes
 from aeros.spec.model.step_graph import (
     FailingPart,
     Fallback,
@@ -143,9 +143,13 @@ class _RunExploration:
             skill = self.skills[name]
             shown = step.id if len(step.runs) == 1 else f"{step.id} by {name}"
             declared = [one for one in skill.outcomes.values() if one.probability != 0]
+            hold = skill.hold_condition
+            freed = frozenset() if hold is None else numbers_read(hold)
             for outcome in (*declared, *hold_loss_outcomes(skill, self.settable)):
                 for situation, trace in before.items():
                     after = self._apply_outcome(situation, outcome)
+                    if outcome.id == HOLD_LOST and freed:
+                        after = self._forget_measurements(after, freed)
                     ended = (*trace, f"{shown} → {outcome.id}")
                     (failed if outcome.failure else succeeded).setdefault(after, ended)
                     for other in _measured_instead(skill, outcome):

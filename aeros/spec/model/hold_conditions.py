@@ -6,6 +6,7 @@ The cause of a loss comes from outside, at any time. So a run that loses its hol
 state in which it began, or with any of the declared effects. Each predicate that the hold-condition reads may
 then have any value that some skill brings about. A predicate that no skill brings about is assumed to be as
 before: only the world can restore it. A predicate with a definition that the skill may change is either.
+A number that the hold-condition reads is free: declared effects may be in force without those on it.
 """
 
 from __future__ import annotations
@@ -91,7 +92,7 @@ def hold_loss_outcomes(skill: Skill, settable: Collection[str]) -> tuple[Outcome
     if skill.hold_condition is None:
         return ()
     values = {name: options for name, options in _values(skill.hold_condition).items() if name in settable}
-    return _halts(skill, HOLD_LOST, values)
+    return _halts(skill, HOLD_LOST, values, numbers_read(skill.hold_condition))
 
 
 def stop_outcomes(skill: Skill) -> tuple[Outcome, ...]:
@@ -106,10 +107,34 @@ def stop_outcomes(skill: Skill) -> tuple[Outcome, ...]:
     return _halts(skill, STOPPED, {})
 
 
-def _halts(skill: Skill, name: str, values: Mapping[str, tuple[Any, ...]]) -> tuple[Outcome, ...]:
-    """List the ways in which a halted run may end, for each combination of some values."""
+def numbers_read(hold: ActionCondition) -> frozenset[str]:
+    """Return the measured values that a hold-condition reads and that are no predicates.
+
+    Args:
+        hold: the hold-condition.
+
+    Returns:
+        Names of state variables.
+    """
+    return frozenset(
+        name
+        for name, one in t.variables_of(hold.term).items()
+        if one.role is t.VariableRole.STATE and not isinstance(one.type, BoolType | EnumType)
+    )
+
+
+def _halts(
+    skill: Skill, name: str, values: Mapping[str, tuple[Any, ...]], freed: Collection[str] = ()
+) -> tuple[Outcome, ...]:
+    """List the ways in which a halted run may end, for each combination of some values.
+
+    Effects on variables in `freed` are in force or not, whichever others are.
+    """
     effects_so_far: list[Mapping[str, Any]] = [{}]
-    effects_so_far += [outcome.effects for outcome in skill.outcomes.values() if outcome.probability != 0]
+    for outcome in skill.outcomes.values():
+        if outcome.probability != 0:
+            effects_so_far.append(outcome.effects)
+            effects_so_far.append({key: one for key, one in outcome.effects.items() if key not in freed})
     combinations: list[Mapping[str, Any]] = []
     for effects in effects_so_far:
         for chosen in product(*values.values()):

@@ -28,7 +28,7 @@ def nearest(instruction: str) -> NearestReading | None:
         ("zorble clean the flummoxed table", "zorble … flummoxed", "clean_table.clean_table"),
     ],
 )
-def test_what_is_left_out_is_shown_in_the_words_of_the_user(
+def test_a_phrase_that_is_left_out_is_shown_in_the_words_of_the_user(
     instruction: str, left_out: str, meaning: str
 ) -> None:
     found = nearest(instruction)
@@ -56,7 +56,7 @@ def test_what_is_left_out_is_shown_in_the_words_of_the_user(
         "",
     ],
 )
-def test_what_may_turn_the_meaning_round_is_not_left_out(instruction: str) -> None:
+def test_a_phrase_that_may_turn_the_meaning_round_is_not_left_out(instruction: str) -> None:
     assert nearest(instruction) is None
 
 

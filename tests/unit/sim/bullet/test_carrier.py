@@ -14,9 +14,10 @@ GOAL = (0.4, -0.3, 0.05)
 TICKS = 360
 
 
+@pytest.mark.parametrize("substeps", [1, 2])
 @pytest.mark.parametrize("turn", [0.0, pi / 2.0])
-def test_a_body_is_carried_over_what_is_low_and_let_go_where_it_is_to_be(turn: float) -> None:
-    world = PhysicsWorld()
+def test_a_body_is_carried_over_what_is_low_and_let_go_where_it_is_to_be(turn: float, substeps: int) -> None:
+    world = PhysicsWorld(substeps)
     world.bodies.add_box((2.0, 2.0, 0.1), (0.0, 0.0, -0.05))
     body = world.bodies.add_box((0.04, 0.04, 0.08), (0.0, 0.0, 0.04), mass=0.15)
     carrier = Carrier(world, body, GOAL, turn, (1.0, 0.0, 0.0))

@@ -44,6 +44,12 @@ def test_a_clock_counts_ticks_of_which_a_second_has_240(world: PhysicsWorld) -> 
     assert world.time == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("substeps", [0, -1])
+def test_a_tick_without_a_step_is_refused(substeps: int) -> None:
+    with pytest.raises(ValueError, match=f"{substeps} steps in a tick"):
+        PhysicsWorld(substeps)
+
+
 def test_a_body_falls_as_gravity_pulls_it(world: PhysicsWorld) -> None:
     cube = _cube(world, z=10.0)
     _settle(world, 24)

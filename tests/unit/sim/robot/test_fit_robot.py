@@ -12,7 +12,7 @@ from aeros.kinematic_chain import frames_of, mounting_of, zero_angle
 from aeros.sim.bullet.client import DATA, bullet
 from tools.fit_link_hulls import Points
 from tools.fit_robot import Joint, denavit_hartenberg, main, read_chain, ready_posture
-from tools.urdf_shapes import find_mesh, link_vertices, read_urdf
+from tools.urdf_shapes import find_mesh, link_vertices, read_mesh, read_urdf
 
 XARM = Path(DATA) / "xarm" / "xarm6_robot.urdf"
 IIWA = Path(DATA) / "kuka_iiwa" / "model.urdf"
@@ -109,6 +109,57 @@ def test_a_mesh_of_a_package_is_found_above_the_urdf(tmp_path: Path) -> None:
     assert find_mesh("package://arm_description/meshes/one.stl", urdf) == mesh
     with pytest.raises(SystemExit, match="no file `arm_description/meshes/two"):
         find_mesh("package://arm_description/meshes/two.stl", urdf)
+
+
+_JOINT = """\
+<joint name="one" type="revolute"><parent link="base"/><child link="{child}"/><origin xyz="{xyz}"/></joint>
+"""
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (
+            _JOINT.format(child="two", xyz="0 0"),
+            "`xyz` of `<origin>` in the URDF is `0 0`; it needs 3 numbers",
+        ),
+        (_JOINT.format(child="two", xyz="0 0 up"), "is `0 0 up`; it needs 3 numbers"),
+        (_JOINT.format(child="two", xyz="0 0 1"), "names the link `base`, which is not there"),
+    ],
+)
+def test_a_chain_that_cannot_be_read_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: str, message: str
+) -> None:
+    urdf = tmp_path / "arm.urdf"
+    urdf.write_text(f"<robot>{content}</robot>", encoding="utf-8")
+    monkeypatch.setattr(sys, "argv", ["fit_robot", str(urdf), "arm", "0.1", "0"])
+    with pytest.raises(SystemExit, match=message):
+        main()
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("one.stl", b"abc"),
+        ("one.obj", b"v 1 up 2"),
+        ("one.obj", b"v 1 2"),
+        ("one.obj", b""),
+        ("one.obj", b"\xff"),
+    ],
+)
+def test_a_mesh_that_cannot_be_read_is_refused(tmp_path: Path, name: str, content: bytes) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(SystemExit, match=f"{name}: (not an OBJ or STL file|no vertices)"):
+        read_mesh(tmp_path / name)
+
+
+@pytest.mark.parametrize("shape", ["<box/>", '<sphere radius="wide"/>', '<cylinder radius="1"/>'])
+def test_a_shape_without_its_numbers_is_refused(tmp_path: Path, shape: str) -> None:
+    urdf = tmp_path / "box.urdf"
+    urdf.write_text(_BOX.format(collision=shape), encoding="utf-8")
+    (link,) = read_urdf(urdf).findall("link")
+    with pytest.raises(SystemExit, match="it needs"):
+        link_vertices(link, urdf)
 
 
 @pytest.mark.parametrize(

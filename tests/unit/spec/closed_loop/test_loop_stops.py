@@ -11,8 +11,9 @@ from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import IntegerType
 from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.model.ecm import ActionCondition
 from aeros.spec.model.hold_conditions import STOPPED
-from aeros.spec.model.step_graph import Par, Seq, TimedPart
+from aeros.spec.model.step_graph import HeldPart, Par, Seq, TimedPart
 from tests.unit.agent import dumplings
 from tests.unit.agent.dumplings import SPAN, outcome, skill
 
@@ -50,3 +51,13 @@ def test_too_many_states_after_a_stop_of_parallel_steps_are_refused(name: str) -
     with pytest.raises(StateSpaceError, match="`c` that may be stopped leaves too much open"):
         stop("few", name)
     assert stop("few", name, is_parallel=False) == STOPPED
+
+
+def test_a_number_that_no_skill_sets_does_not_count_among_what_a_stop_leaves_open() -> None:
+    held = ActionCondition(LARGE.variable, "", SPAN)
+    body = HeldPart(Step("few", "few", {}, {}, 0, None, None, SPAN), SPAN, True, held)
+    composition = Composition("c", t.TRUE, None, body, {}, SPAN)
+    others = {name: one for name, one in SKILLS.items() if name != "counts_many"}
+    assert stop_in_loop(body, composition, others, STATE, {}).id == STOPPED
+    with pytest.raises(StateSpaceError, match="`c` that may be stopped leaves too much open"):
+        stop_in_loop(body, composition, SKILLS, STATE, {})

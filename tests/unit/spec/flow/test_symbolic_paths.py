@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -21,8 +22,9 @@ from aeros.spec.flow.symbolic_paths import (
     split_conjunction,
 )
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.ecm import Outcome, Skill
+from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
 from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
+from tests.differential.planning.number_loops import STATE as NUMBERS
 from tests.unit.agent.dumplings import STATE, outcome, skill, term
 
 TEXT = Source("text", "x" * 100)
@@ -175,6 +177,20 @@ def test_in_parallel_branches_a_measurement_is_not_known_at_once() -> None:
     # After the branches a measurement counts again.
     after = explored(Seq((par(step("boil"), step("wrap")), choice(FULL, step("look")))))
     assert term(FULL) in next(iter(after.states_at_steps["look"])).path_condition
+
+
+def test_a_lost_hold_condition_leaves_a_count_that_it_reads_at_any_value() -> None:
+    held = ActionCondition(NUMBERS["count"].variable, "", TEXT.span(0, 1))
+    pour = replace(skill("pour", outcome("poured", {COOKED: True})), hold_condition=held)
+    skills = {"add": skill("add", outcome("added", {"count": Fraction(1)})), "pour": pour}
+    body = Seq((step("add"), step("pour", 1)))
+    composition = Composition("c", t.TRUE, None, body, {}, TEXT.span(0, 1))
+    tried = known(explore_paths(composition, skills, NUMBERS).states_at_steps["pour"])
+    assert tried == {
+        "count=1": ("add → added",),
+        "": ("add → added", "pour → unheld"),
+        f"{COOKED}=True": ("add → added", "pour → unheld"),
+    }
 
 
 def test_a_lost_hold_condition_is_a_failure_with_every_value_that_may_be_left() -> None:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import pytest
 
 from aeros.spec.closed_loop.invocation import Invocation
+from aeros.spec.closed_loop.loop_variables import LoopVariables
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import IntegerType
 from aeros.spec.model.ecm import ActionCondition, Skill
 from aeros.spec.model.hold_conditions import (
     HOLD_LOST,
@@ -18,8 +22,10 @@ from aeros.spec.model.hold_conditions import (
     start_condition,
 )
 from aeros.spec.model.rules import Conjunct
-from tests.unit.agent.dumplings import SPAN, outcome, skill, term
+from tests.differential.planning.number_loops import STATE
+from tests.unit.agent.dumplings import SPAN, module, outcome, rule, site, skill, task, term
 
+INT = IntegerType()
 BOTH = ("dough_on_workspace", "dumpling_wrapped")
 
 
@@ -58,6 +64,27 @@ def test_effects_of_possible_outcomes_may_be_in_force_when_the_hold_condition_is
 def test_values_of_the_hold_condition_override_effects() -> None:
     one = holding("area == pot", outcome("emptied", {"area": "table"}))
     assert states(one, ["area"]) == [{"area": "table"}, {"area": "pot"}]
+
+
+def test_numbers_that_the_hold_condition_reads_are_free_beside_other_effects() -> None:
+    one = holding("fill_level > 0.5", outcome("full", {"fill_level": 1, "dumpling_cooked": True}))
+    full = {"fill_level": 1, "dumpling_cooked": True}
+    assert states(one, [*full]) == [{}, full, {"dumpling_cooked": True}]
+
+
+def test_the_closed_loop_has_every_count_beside_each_effect_after_a_hold_loss() -> None:
+    counting = skill("add", outcome("added", {"count": Fraction(1), "dumpling_cooked": True}))
+    held = ActionCondition(t.Compare("<=", t.Literal(Fraction(0), INT), STATE["count"].variable), "", SPAN)
+    one = replace(counting, hold_condition=held)
+    ecm = module(
+        "kitchen", (one,), task("cook", ("cook",), "dumpling_cooked", rule("dumpling_cooked", "add"))
+    )
+    found = LoopVariables(ecm, ecm.tasks["cook"], replace(site(), state=STATE))
+    names = tuple(found.variables)
+    assert names == ("count", "dumpling_cooked")
+    after = Invocation(one, {}, names, names, found.after).after((Fraction(0), False))
+    lost = {state for state, ended, _ in after if ended.id == HOLD_LOST}
+    assert lost == {(count, cooked) for count in found.values["count"] for cooked in (False, True)}
 
 
 def test_a_start_requires_the_predicates_of_the_hold_condition_but_not_its_quantities() -> None:
