@@ -94,10 +94,12 @@ def filter_by_variable(name: str) -> DeletionFilter:
             database.execute(f"DELETE FROM {table} WHERE {condition}")  # noqa: S608  of this file
         for column, value in _EPISODE_COLUMNS.items():
             database.execute(f"UPDATE episodes SET {column} = {value} WHERE mentions({column})")  # noqa: S608
-        things, of_module = f"{THING}{name} ", f"{THING}{name.rpartition('.')[0]}."
+        module, dot, _ = name.rpartition(".")
+        things, of_module = f"{THING}{name} ", f"{THING}{module}{dot}"
         starts = "DELETE FROM sightings WHERE substr(variable, 1, ?) = ?"
         database.execute(starts, (len(things), things))
-        # Older versions did not keep which variables an attribute follows from.
+        # Older versions did not keep which variables an attribute follows from. A variable of the site, which
+        # has no dot in its name, may be among those of the things of any module.
         is_variable = "EXISTS (SELECT 1 FROM sightings WHERE variable = ?)"
         older = f"{starts} AND derived_from IS NULL AND {is_variable}"
         database.execute(older, (len(of_module), of_module, name))
