@@ -288,7 +288,7 @@ def _candidates(tokens: Sequence[str], tasks: Sequence[TaskPhrases]) -> list[fro
     found |= {
         unknown.union(clause)
         for clause in _clauses(tokens)
-        if conditional.isdisjoint(clause) and _only_tells([tokens[at] for at in clause], kept)
+        if conditional.isdisjoint(clause) and _asks_for_nothing([tokens[at] for at in clause], kept)
     }
     acts = frozenset(phrase[0] for entry in tasks for phrase in entry.triggers)
     found = {one for one in found if not any(_governs(tokens, run, acts) for run in _runs(one))}
@@ -330,7 +330,7 @@ def _clauses(tokens: Sequence[str]) -> Iterator[range]:
             yield range(begin - (begin > 0 and tokens[begin - 1] in _PAUSES), _end_of_clause(tokens, start))
 
 
-def _only_tells(clause: Sequence[str], kept: _KeptWords) -> bool:
+def _asks_for_nothing(clause: Sequence[str], kept: _KeptWords) -> bool:
     """Return True if a clause about a person or a place asks for nothing, and excludes nothing."""
     words = {word for token in clause for word in normalized_words(token)}
     if not words.isdisjoint(kept.turning | _DUTIES):

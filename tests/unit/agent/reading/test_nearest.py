@@ -28,7 +28,7 @@ def nearest(instruction: str) -> NearestReading | None:
         ("Zorble, clean the flummoxed table", "Zorble … flummoxed", "clean_table.clean_table"),
     ],
 )
-def test_what_is_left_out_is_shown_in_the_words_of_the_user(
+def test_the_words_left_out_are_shown_as_the_user_wrote_them(
     instruction: str, left_out: str, meaning: str
 ) -> None:
     found = nearest(instruction)
@@ -85,7 +85,7 @@ def test_what_is_left_out_is_shown_in_the_words_of_the_user(
         "Make -1 dumplings.",
     ],
 )
-def test_what_may_turn_the_meaning_round_is_not_left_out(instruction: str) -> None:
+def test_words_that_may_turn_the_meaning_round_are_not_left_out(instruction: str) -> None:
     assert nearest(instruction) is None
 
 
@@ -108,7 +108,7 @@ def test_two_meanings_that_are_as_near_are_none() -> None:
     assert nearest("zorble the table clean the table bring the can") is None
 
 
-def test_a_third_of_what_is_wrongly_refused_is_read_rightly_without_a_phrase() -> None:
+def test_a_third_of_the_wrongly_refused_sentences_is_read_rightly_without_a_phrase() -> None:
     cases: list[dict[str, Any]] = yaml.safe_load((LISTS / "unseen_13.yaml").read_text(encoding="utf-8"))
     right, others, wrong = 0, 0, []
     for case in (one for one in cases if one["want"] != REFUSE):

@@ -80,7 +80,7 @@ def test_at_a_terminal_the_user_confirms_what_is_understood_of_an_instruction(
     [("yes\n", False), ("\n", True), ("y\n", True), ("", True)],
     ids=["in a script", "no answer", "another answer", "end of input"],
 )
-def test_what_nobody_confirms_is_refused_with_both_reasons(
+def test_a_meaning_that_nobody_confirms_is_refused_with_both_reasons(
     monkeypatch: pytest.MonkeyPatch, typed: str, is_terminal: bool
 ) -> None:
     monkeypatch.setattr(sys, "stdin", Terminal(typed, is_terminal=is_terminal))
