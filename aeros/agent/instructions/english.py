@@ -43,7 +43,7 @@ BARRED: Final = frozenset({",", ":", "then", *(word for name in _BARRING for wor
 """Words that no free part of a phrase has."""
 
 
-_OTHER_WORDS: Final = ("no_slips",)
+_OTHER_WORDS: Final = ("no_slips", "turning_words")
 """Lists of words that instructions do not use, and that are no typing slips."""
 
 # The comments in `english.toml` describe each list.
@@ -132,7 +132,8 @@ RECEIPTS: Final = _phrases("receipts")
 BEING: Final = _phrases("being")
 POSITIONS: Final = _words("positions")
 GRASP_VERBS: Final = _words("grasp_verbs")
-NO_SLIPS: Final = frozenset(word for name in _OTHER_WORDS for word in _DATA[name])
+NO_SLIPS: Final = _words("no_slips")
+TURNING_WORDS: Final = _words("turning_words")
 BODY: Final = frozenset(_DATA["classes"]["body"])
 CONCLUSIONS: Final = _phrases("conclusions")
 COLOURS: Final = _words("colours")

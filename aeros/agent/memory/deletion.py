@@ -72,7 +72,8 @@ def filter_by_variable(name: str) -> DeletionFilter:
     """Select what was seen of a variable or of a thing, and every event and fact that mentions it.
 
     What was seen of a thing goes with each variable that it follows from. Episodes lose the values of the
-    variable, and the contexts, reasons and causes that mention it.
+    variable, and the contexts, reasons and causes that mention it. A name that is not of the form MODULE.NAME
+    may be any word, so nothing is deleted unless such a variable was seen or is in an episode.
 
     Args:
         name: name of the variable or of the thing.
@@ -87,6 +88,8 @@ def filter_by_variable(name: str) -> DeletionFilter:
             "mentions", 1, lambda text: text is not None and mentioned.search(text) is not None
         )
         database.create_function("without_value", 1, lambda text: _without_value(text, name))
+        if _FULL_NAME.fullmatch(name) is None and not _is_remembered(database, name):
+            return
         for table, condition in (
             ("events", "mentions(details)"),
             ("facts", "mentions(key) OR mentions(value)"),
@@ -94,10 +97,12 @@ def filter_by_variable(name: str) -> DeletionFilter:
             database.execute(f"DELETE FROM {table} WHERE {condition}")  # noqa: S608  of this file
         for column, value in _EPISODE_COLUMNS.items():
             database.execute(f"UPDATE episodes SET {column} = {value} WHERE mentions({column})")  # noqa: S608
-        things, of_module = f"{THING}{name} ", f"{THING}{name.rpartition('.')[0]}."
+        module, dot, _ = name.rpartition(".")
+        things, of_module = f"{THING}{name} ", f"{THING}{module}{dot}"
         starts = "DELETE FROM sightings WHERE substr(variable, 1, ?) = ?"
         database.execute(starts, (len(things), things))
-        # Older versions did not keep which variables an attribute follows from.
+        # Older versions did not keep which variables an attribute follows from. A variable of the site, which
+        # has no dot in its name, may be among those of the things of any module.
         is_variable = "EXISTS (SELECT 1 FROM sightings WHERE variable = ?)"
         older = f"{starts} AND derived_from IS NULL AND {is_variable}"
         database.execute(older, (len(of_module), of_module, name))
@@ -105,6 +110,17 @@ def filter_by_variable(name: str) -> DeletionFilter:
 
     return forget
 
+
+def _is_remembered(database: sqlite3.Connection, name: str) -> bool:
+    """Return True if a variable was seen, or describes a thing that was, or an episode has its value."""
+    sql = """SELECT EXISTS (SELECT 1 FROM sightings WHERE variable = :name OR mentions(derived_from))
+             OR EXISTS (SELECT 1 FROM episodes, json_each(before) WHERE key = :name)
+             OR EXISTS (SELECT 1 FROM episodes, json_each(after) WHERE key = :name)"""
+    (found,) = database.execute(sql, {"name": name}).fetchone()
+    return bool(found)
+
+
+_FULL_NAME: Final = re.compile(r"\w+(?:\.\w+)+")
 
 _EPISODE_COLUMNS: Final = {
     "before": "without_value(before)",

@@ -117,7 +117,8 @@ class SightingLog:
                  (session, variable, first_value, value, time, seen, source, uncertainty, derived_from)
                  VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)
                  ON CONFLICT (session, variable) DO UPDATE SET value = excluded.value, time = excluded.time,
-                 seen = excluded.seen, source = excluded.source, uncertainty = excluded.uncertainty"""
+                 seen = excluded.seen, source = excluded.source, uncertainty = excluded.uncertainty,
+                 derived_from = excluded.derived_from"""
         rows = []
         for one in new:
             value = json.dumps(one.value)

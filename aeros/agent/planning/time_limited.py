@@ -177,7 +177,8 @@ def planner_failure(error: BaseException) -> str:
         The message of an error that says why there is no plan; else the type of the error, too.
     """
     described = describe_exception(error, MOST_REASON, one_line=True)
-    return described.partition(": ")[2] if isinstance(error, _EXPECTED_ERRORS) else described
+    message = described.partition(": ")[2] if isinstance(error, _EXPECTED_ERRORS) else ""
+    return message or described
 
 
 def _run_in_child(think: Callable[[], Any], writing: int, parent: int) -> None:

@@ -1,8 +1,8 @@
 """Comparison of two meanings of one instruction: the grammar's and a language model's.
 
-Two meanings agree if they have as many requests, in the same order, whose goals and conditions are proved
-equivalent for all values of the vocabulary, with the values that the request says for the parameters of its
-task, and the same prohibitions. If the solver does not decide it, they
+Two meanings agree if they have as many requests, in the same order, and the same prohibitions, and if the
+goals and conditions of their requests are proved equivalent for all values of the vocabulary. In a goal, the
+parameters of a task have the values that the request says. If the solver does not decide it, the meanings
 do not agree.
 """
 

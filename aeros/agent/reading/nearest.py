@@ -1,9 +1,11 @@
 """The nearest words that the grammar understands, for an instruction that it refuses.
 
-They are the user's own words without one phrase of them, and without words that nothing declares. A phrase
-that may turn the meaning round is not left out: a negation, a condition, a choice, a question, a number, or
-a value of a parameter, such as a colour; but a clause that tells of a person or a place may be, as in `…, I
-have done the left`. If two different meanings are as near, there is none.
+They are the user's own words without one phrase of them, and without words that nothing declares. Words that
+may turn the meaning round are not left out: a negation, an exception, a condition with all its words, a
+choice, a question, a number, a time, a colour, a value of a parameter, or a word right before an act, as in
+`prevent cleaning …`. A clause that tells of a person or a place may be left out, if it has none of these; a
+value is allowed in one that reports, as in `…, I have done the left`. If two different meanings are as near,
+there is none.
 
 It is only a proposal, as what was left out may have been meant. An operator confirms it, with the phrase that
 is left out before their eyes; a script is refused, and names it.
@@ -33,6 +35,9 @@ _LONGEST_PHRASE: Final = 5
 _MOST_TRIES: Final = 100
 """Greatest number of texts that are tried for one instruction."""
 
+_LONGEST_INSTRUCTION: Final = 200
+"""Greatest number of words and marks of an instruction that is tried; an operator reads no longer one."""
+
 _TOKEN: Final = re.compile(r"[^\W_]+(?:['’-][^\W_]+)*|[^\w\s]")
 
 _KEPT_PHRASES: Final = (
@@ -43,15 +48,20 @@ _KEPT_PHRASES: Final = (
     english.LEFT_ALONE,
     english.NEGATIVE_DUTIES,
     english.CORRECTIONS,
+    english.WITHDRAWALS,
+    english.DENIALS,
 )
-_KEPT_WORDS: Final = (
+_TURNING_WORDS: Final = (
     english.NEGATIVES
     | english.CHOICES
-    | english.QUESTIONS
-    | english.MODALS
     | english.REPETITIONS
-    | english.UNIVERSAL
+    | english.COLOURS
+    | english.EACH_DETERMINERS
+    | english.TURNING_WORDS
 )
+"""Words that may turn the meaning round, also in a clause about a person or a place."""
+
+_KEPT_WORDS: Final = _TURNING_WORDS | english.QUESTIONS | english.MODALS | english.UNIVERSAL
 """Words that may turn the meaning round."""
 
 
@@ -95,25 +105,46 @@ def nearest_reading(instruction: str, modules: Mapping[str, Ecm]) -> NearestRead
     Returns:
         The reading; None if nothing near is understood, or several meanings are as near.
     """
-    tokens = tuple(_TOKEN.findall(instruction))
+    found_tokens = tuple(_TOKEN.finditer(instruction))
+    tokens = tuple(one.group() for one in found_tokens)
+    if len(tokens) > _LONGEST_INSTRUCTION:
+        return None
+    candidates = _candidates(tokens, task_phrases(modules))
     found: dict[tuple[str, ...], NearestReading] = {}
     number_left_out = len(tokens)
-    for left_out in _candidates(tokens, task_phrases(modules))[:_MOST_TRIES]:
+    for tries, left_out in enumerate(candidates):
         if found and len(left_out) > number_left_out:
             break
-        text = _joined(token for at, token in enumerate(tokens) if at not in left_out)
+        if tries == _MOST_TRIES:
+            return None  # one that is not tried may be as near
+        rest = frozenset(range(len(tokens))) - left_out
+        text = _joined(_slices(instruction, found_tokens, rest)).lstrip(",;.!? ")
         try:
             meaning = understand(text, modules)
         except InstructionError:
             continue
         number_left_out = len(left_out)
-        words = " … ".join(_joined(tokens[at] for at in run) for run in _runs(left_out))
+        words = " … ".join(_slices(instruction, found_tokens, left_out))
         found.setdefault(meaning.formal_lines, NearestReading(meaning, words))
     return next(iter(found.values())) if len(found) == 1 else None
 
 
-def _kept_words(tokens: Sequence[str], tasks: Sequence[TaskPhrases]) -> frozenset[str]:
-    """Return the words that are in no phrase that is left out."""
+@dataclass(frozen=True, slots=True)
+class _KeptWords:
+    """The words of an instruction that are in no phrase which is left out.
+
+    Attributes:
+        turning: those that may turn the meaning round, also in a clause about a person or a place.
+        stated: values of parameters, and the things of tasks.
+        others: further ones.
+    """
+
+    turning: frozenset[str]
+    stated: frozenset[str]
+    others: frozenset[str]
+
+
+def _kept_words(tokens: Sequence[str], tasks: Sequence[TaskPhrases]) -> _KeptWords:
     spoken = tuple(word for token in tokens for word in normalized_words(token))
     of_phrases = (
         word
@@ -121,7 +152,7 @@ def _kept_words(tokens: Sequence[str], tasks: Sequence[TaskPhrases]) -> frozense
         for phrases in _KEPT_PHRASES
         for word in phrases.starting(spoken, at)
     )
-    numbers = (word for word in spoken if english.number_of(word) is not None and word not in _ARTICLES)
+    numbers = (word for word in spoken if _is_number(word))
     stated = (
         word
         for entry in tasks
@@ -131,10 +162,23 @@ def _kept_words(tokens: Sequence[str], tasks: Sequence[TaskPhrases]) -> frozense
         for word in normalized_words(phrase)
     )
     things = (word for entry in tasks for phrase in entry.objects for word in phrase)
-    kept = _KEPT_WORDS.union(of_phrases, numbers, stated, things) - english.DETERMINERS
     # `can you …` asks for no can.
     asked = {one for one, other in pairwise(spoken) if one in _ABILITY and other in _ADDRESSED}
-    return frozenset(kept - asked)
+    turning = _TURNING_WORDS.union(of_phrases, numbers) - english.DETERMINERS
+    return _KeptWords(
+        turning,
+        frozenset({*stated, *things}) - english.DETERMINERS - asked,
+        _KEPT_WORDS - turning - english.DETERMINERS - asked,
+    )
+
+
+def _is_number(word: str) -> bool:
+    """Return True for `two`, `hundreds`, `2nd`, `x2` and `½`."""
+    if word.removeprefix("x")[:1].isnumeric():
+        return True
+    return word not in _ARTICLES and any(
+        english.number_of(one) is not None for one in english.base_forms(word)
+    )
 
 
 _ARTICLES: Final = frozenset({"a", "an"})
@@ -154,8 +198,17 @@ _SMALL_WORDS: Final = (
 
 _ABILITY: Final = frozenset({"can", "could", "may"})
 _ADDRESSED: Final = frozenset({"i", "we", "you", "u"})
-_CLAUSE_STARTS: Final = english.PERSONS | {"i", "we", "he", "she", "they", "where", "while"}
-"""First words of a clause that says something, and asks for nothing."""
+_CLAUSE_STARTS: Final = english.PERSONS | {"i", "we", "he", "she", "they"}
+"""First words of a clause that says something, and asks for nothing; `where` is another one."""
+
+_QUOTING: Final = frozenset(":\"'“‘«")
+_KEPT_MARKS: Final = _QUOTING | frozenset("-−+#")
+"""Marks that are in no phrase which is left out: those of quotations and of numbers."""
+
+_BEFORE_ACTS: Final = frozenset({"if", "to", "you"})
+_DUTIES: Final = frozenset({"must", "need", "needs", "ought", "should"})
+_REPORTS: Final = frozenset({"already", "did", "done", "still", "ve"})
+"""Words of a clause that reports something: `I'm still working on the right`."""
 
 
 def _candidates(tokens: Sequence[str], tasks: Sequence[TaskPhrases]) -> list[frozenset[int]]:
@@ -165,7 +218,12 @@ def _candidates(tokens: Sequence[str], tasks: Sequence[TaskPhrases]) -> list[fro
     alone, the rest would say another thing.
     """
     kept = _kept_words(tokens, tasks)
-    is_kept = tuple(not kept.isdisjoint(normalized_words(token)) for token in tokens)
+    all_kept = kept.turning | kept.stated | kept.others
+    conditional = _conditional_places(tokens)
+    is_kept = tuple(
+        at in conditional or token in _KEPT_MARKS or not all_kept.isdisjoint(normalized_words(token))
+        for at, token in enumerate(tokens)
+    )
     unknown = frozenset(
         at
         for at, token in enumerate(tokens)
@@ -180,17 +238,72 @@ def _candidates(tokens: Sequence[str], tasks: Sequence[TaskPhrases]) -> list[fro
     says_something = tuple(not _SMALL_WORDS.issuperset(normalized_words(token)) for token in tokens)
     found = {unknown.union(phrase) for phrase in phrases if not any(is_kept[at] for at in phrase)}
     found = {one for one in found if any(says_something[at] for at in one)}
-    found |= {unknown.union(clause) for clause in _clauses(tokens)}
+    found |= {
+        unknown.union(clause)
+        for clause in _clauses(tokens)
+        if conditional.isdisjoint(clause) and _asks_for_nothing([tokens[at] for at in clause], kept)
+    }
+    acts = frozenset(phrase[0] for entry in tasks for phrase in entry.triggers)
+    found = {one for one in found if not any(_governs(tokens, run, acts) for run in _runs(one))}
     return sorted(found, key=lambda places: (len(places), sorted(places)))
 
 
+def _conditional_places(tokens: Sequence[str]) -> frozenset[int]:
+    """Return the places of the words of conditions, each up to a pause."""
+    words = [(at, word) for at, token in enumerate(tokens) for word in normalized_words(token)]
+    spoken = tuple(word for _, word in words)
+    found: set[int] = set()
+    for place, (start, _) in enumerate(words):
+        if any(one.starting(spoken, place) for one in (english.CONDITIONALS, english.TIME_CONDITIONALS)):
+            found.update(range(start, _end_of_clause(tokens, start)))
+    return frozenset(found)
+
+
+def _end_of_clause(tokens: Sequence[str], start: int) -> int:
+    """Return the place of the next pause."""
+    return next((at for at in range(start, len(tokens)) if tokens[at] in _PAUSES), len(tokens))
+
+
 def _clauses(tokens: Sequence[str]) -> Iterator[range]:
-    """Yield each clause about a person or a place, up to a pause: `I have done the left`, `where it is`."""
+    """Yield each clause about a person or a place, up to a pause: `I have done the left`, `where it is`.
+
+    That about a person is a clause of its own, behind a pause: `the guests leave` in `after the guests leave`
+    is none.
+    """
     for start, token in enumerate(tokens):
-        if normalized_words(token)[:1] and normalized_words(token)[0] in _CLAUSE_STARTS:
-            marks = (at for at in range(start, len(tokens)) if tokens[at] in _PAUSES)
-            end = next(marks, len(tokens))
-            yield range(start - (start > 0 and tokens[start - 1] in _PAUSES), end)
+        first = normalized_words(token)[:1]
+        if not first:
+            continue
+        begin = start
+        while begin and english.DETERMINERS.issuperset(normalized_words(tokens[begin - 1]) or "?"):
+            begin -= 1
+        is_own = begin == 0 or tokens[begin - 1] in _PAUSES
+        if (first[0] in _CLAUSE_STARTS and is_own) or first[0] == "where":
+            begin = begin if first[0] in _CLAUSE_STARTS else start
+            yield range(begin - (begin > 0 and tokens[begin - 1] in _PAUSES), _end_of_clause(tokens, start))
+
+
+def _asks_for_nothing(clause: Sequence[str], kept: _KeptWords) -> bool:
+    """Return True if a clause about a person or a place asks for nothing, and excludes nothing."""
+    words = {word for token in clause for word in normalized_words(token)}
+    if not words.isdisjoint(kept.turning | _DUTIES):
+        return False
+    return words.isdisjoint(kept.stated - _SMALL_WORDS) or not words.isdisjoint(_REPORTS)
+
+
+def _governs(tokens: Sequence[str], run: range, acts: frozenset[str]) -> bool:
+    """Return True if words stand right before an act, which they may turn round: `prevent cleaning …`.
+
+    So may words before a colon or a quotation mark: `he said: …`.
+    """
+    if run.stop == len(tokens) or tokens[run.stop - 1] in _PAUSES:
+        return False
+    if tokens[run.stop] in _QUOTING:
+        return True
+    for word in normalized_words(tokens[run.stop])[:1]:
+        is_form = english.is_gerund(word) and not acts.isdisjoint(english.base_forms(word))
+        return word in acts or word in _BEFORE_ACTS or is_form
+    return False
 
 
 def _runs(places: frozenset[int]) -> Iterator[range]:
@@ -202,6 +315,12 @@ def _runs(places: frozenset[int]) -> Iterator[range]:
         yield range(start, end)
 
 
-def _joined(tokens: Iterator[str]) -> str:
-    """Join tokens with spaces, but for none before a mark."""
-    return re.sub(r" (?=[^\w\s])", "", " ".join(tokens))
+def _slices(instruction: str, tokens: Sequence[re.Match[str]], places: frozenset[int]) -> Iterator[str]:
+    """Yield the text of each range of tokens as it is written, so that `-1` does not become `- 1`."""
+    for run in _runs(places):
+        yield " ".join(instruction[tokens[run.start].start() : tokens[run.stop - 1].end()].split())
+
+
+def _joined(slices: Iterator[str]) -> str:
+    """Join texts with spaces, but for none before a pause."""
+    return re.sub(r" (?=[,;:.!?])", "", " ".join(slices))

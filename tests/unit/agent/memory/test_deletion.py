@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from uuid import uuid4
@@ -99,6 +100,22 @@ def test_forgetting_that_fails_midway_has_forgotten_nothing(path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         forget(path.parent, path, half)
     assert records(path)["cook.boil"] == SuccessRecord(0, 40)
+
+
+@pytest.mark.parametrize("name", ["", " ", "(", "task", "failed", "zyzzyva"])
+def test_a_word_that_is_no_remembered_variable_deletes_nothing(path: Path, name: str) -> None:
+    assert not any(asdict(forget(path.parent, path, filter_by_variable(name))).values())
+    assert b"zyzzyva by boil" in bytes_of(path)
+
+
+def test_a_variable_of_the_site_is_forgotten_by_its_value_in_an_episode(tmp_path: Path) -> None:
+    path = tmp_path / "memory.sqlite3"
+    with open_memory(path, Identity(uuid4(), "chef", "", 1)) as memory:
+        memory.start_episode(
+            EpisodeStart("cook.cook", "cook", "boil", "step", {}, 0.0, {"lid_on": True}, "{}")
+        )
+        memory.add_event(1.0, "goal-unmet", {"text": "lid_on is true"})
+    assert forget(tmp_path, path, filter_by_variable("lid_on")) == DeletedRows(0, 0, 1, 0, 0, values=1)
 
 
 def test_a_variable_is_forgotten_with_its_values_in_episodes_events_and_facts(tmp_path: Path) -> None:

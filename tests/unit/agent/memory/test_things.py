@@ -68,6 +68,28 @@ def test_a_thing_is_forgotten_with_all_its_kinds_and_nothing_else(tmp_path: Path
         assert list(memory.remembered_values()) == names[2:]
 
 
+def test_a_variable_of_the_site_is_forgotten_with_older_attributes_of_all_modules(tmp_path: Path) -> None:
+    path = tmp_path / "memory.sqlite3"
+    seen = [
+        Sighting("tray_up", True, 1.0, None, None),
+        Sighting("thing fetch.object can held", False, 1.0, None, None),
+        Sighting("thing fetch.object can on tray", True, 1.0, None, None, ("fetch.tray_up",)),
+    ]
+    with open_memory(path, Identity(uuid4(), "chef", "", 1), "symbolic") as memory:
+        memory.note_sightings(seen)
+    assert forget(tmp_path, path, filter_by_variable("tray_up")).sightings == 2
+    with open_memory(path, Identity(uuid4(), "chef", "", 2), "symbolic") as memory:
+        assert list(memory.remembered_values()) == ["thing fetch.object can on tray"]
+
+
+def test_an_attribute_written_again_names_the_variables_that_it_follows_from_now(tmp_path: Path) -> None:
+    path, name = tmp_path / "memory.sqlite3", "thing fetch.object can held"
+    with open_memory(path, Identity(uuid4(), "chef", "", 1), "symbolic") as memory:
+        memory.note_sightings([Sighting(name, False, 1.0, None, None)])
+        memory.note_sightings([Sighting(name, True, 2.0, None, None, ("clean.grip",))])
+    assert forget(tmp_path, path, filter_by_variable("clean.grip")).sightings == 1
+
+
 def test_a_variable_is_forgotten_with_all_that_follows_from_it(tmp_path: Path) -> None:
     path = tmp_path / "memory.sqlite3"
     prefix = "thing fetch.object can "

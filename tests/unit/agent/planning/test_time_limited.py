@@ -15,12 +15,14 @@ from typing import Any
 
 import pytest
 
+from aeros.agent.planning.strong_cyclic import NoPlanError
 from aeros.agent.planning.time_limited import (
     MAX_ANSWER_BYTES,
     MAX_MEMORY_BYTES,
     PlannerProcess,
     PlannerProcessError,
     PlanningTimeoutError,
+    planner_failure,
 )
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.execution.executor import Executor
@@ -233,3 +235,15 @@ def test_without_anybody_who_thinks_it_comes_as_early(busy: tuple[Executor, Visi
     assert ended is not None
     assert ended.result.status is StepStatus.STOPPED
     assert plant.stopped == plant.seen is not None
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (NoPlanError("goal out of reach"), "goal out of reach"),
+        (NoPlanError(""), "NoPlanError"),
+        (ValueError("bad: worse"), "ValueError: bad: worse"),
+    ],
+)
+def test_a_failure_says_a_reason_also_if_the_planner_gives_none(error: Exception, reason: str) -> None:
+    assert planner_failure(error) == reason

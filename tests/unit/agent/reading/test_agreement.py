@@ -81,15 +81,15 @@ def test_without_a_budget_nothing_is_equivalent() -> None:
     assert not is_equivalent(one, other, site(), Oracle(rlimit=1))
 
 
-@pytest.mark.parametrize(("written", "requested", "agree"), [(1, 1, True), (1, 2, False), (2, 2, True)])
+@pytest.mark.parametrize(("written", "stated", "agree"), [(1, 1, True), (1, 2, False), (2, 2, True)])
 def test_goals_are_compared_with_the_values_that_the_request_says(
-    written: int, requested: int, agree: bool
+    written: int, stated: int, agree: bool
 ) -> None:
     declared = parametric_modules()["make_dumplings"].tasks["make_dumplings"]
     count = declared.parameters["count"].declared.variable
     number = constant_term(Fraction(written), count.type)
     with_number = replace(declared, goal=t.substitute(declared.goal, {count.name: number}))
-    arguments = declared.complete_arguments({"count": Fraction(requested)})
+    arguments = declared.complete_arguments({"count": Fraction(stated)})
     grammar, model = (
         meaning(Errand(RoutedTask("make_dumplings", one, arguments))) for one in (declared, with_number)
     )

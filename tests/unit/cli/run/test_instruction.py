@@ -68,7 +68,7 @@ def test_at_a_terminal_the_user_confirms_what_is_understood_of_an_instruction(
     monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
     monkeypatch.setattr(sys, "stderr", screen)
     configuration = build(Configuration, site=site(), modules=ONE_TASK)
-    meaning = understand_or_ask("zorble go", configuration, cast("RegistryGovernor", NobodyElse()))
+    meaning = understand_or_ask("zorble, go", configuration, cast("RegistryGovernor", NobodyElse()))
     assert str(meaning.first) == "m.a"
     assert meaning.instruction == "go"
     assert meaning.account == ("`zorble`: left out, as the operator at the terminal confirmed",)
@@ -80,12 +80,12 @@ def test_at_a_terminal_the_user_confirms_what_is_understood_of_an_instruction(
     [("yes\n", False), ("\n", True), ("y\n", True), ("", True)],
     ids=["in a script", "no answer", "another answer", "end of input"],
 )
-def test_a_reading_that_nobody_confirms_is_refused_with_both_reasons(
+def test_a_meaning_that_nobody_confirms_is_refused_with_both_reasons(
     monkeypatch: pytest.MonkeyPatch, typed: str, is_terminal: bool
 ) -> None:
     monkeypatch.setattr(sys, "stdin", Terminal(typed, is_terminal=is_terminal))
     monkeypatch.setattr(sys, "stderr", Terminal(is_terminal=is_terminal))
     configuration = build(Configuration, site=site(), modules=ONE_TASK)
     with pytest.raises(NearlyUnderstoodError, match=r"`zorble`.*without `zorble`, it would be") as refused:
-        understand_or_ask("zorble go", configuration, cast("RegistryGovernor", NobodyElse()))
+        understand_or_ask("zorble, go", configuration, cast("RegistryGovernor", NobodyElse()))
     assert "m.a: wrapper_aligned" in refused.value.reason
