@@ -66,14 +66,14 @@ class Carrier:
         for link, part in zip(self._links, self._masses, strict=True):
             if part > 0.0:
                 x, y, z = (part * pull).tolist()
-                self._world.push(self._body, (x, y, z), link)
+                self._world.forces.push(self._body, (x, y, z), link)
         error = bullet.getAxisAngleFromQuaternion(
             bullet.getDifferenceQuaternion(orientation, self._way.orientation(share))
         )
         angle = error[1] if error[1] <= np.pi else error[1] - 2.0 * np.pi
         gain = TURN_GAIN * mass / 0.1
         x, y, z = (gain * angle * np.array(error[0]) - 0.1 * gain * np.array(spin)).tolist()
-        self._world.turn(self._body, (x, y, z))
+        self._world.forces.turn(self._body, (x, y, z))
 
 
 def is_occupied(world: PhysicsWorld, low: Vector3, high: Vector3, body: int) -> bool:

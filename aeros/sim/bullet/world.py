@@ -15,6 +15,7 @@ from typing import Any, Final
 from aeros.sim.bullet.body_factory import BodyFactory
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.renderer import Renderer
+from aeros.sim.bullet.tick_forces import TickForces
 from aeros.sim.clock import TICK
 from aeros.sim.engine.world import GRAVITY, Contact
 from aeros.sim.geometry import UPRIGHT, Pose, Vector3
@@ -32,14 +33,13 @@ class PhysicsWorld:
         ValueError: there is not one step at least.
 
     Attributes:
-        substeps: likewise.
         client: number of the client; -1 once closed.
         bodies: adds bodies and sets their friction.
         renderer: takes pictures.
+        forces: forces and torques on bodies in the next tick.
         ticks: number of steps since the clock was set to 0.
         before_step: called in order before each tick.
-        before_substep: called in order before each step of the engine, with the share of the tick that has
-            passed after it, in (0, 1].
+        before_substep: called in order before each step of the engine, with the share of the tick at its end.
         after_substep: called in order after each step of the engine.
         after_step: called in order after each tick.
     """
@@ -47,7 +47,7 @@ class PhysicsWorld:
     def __init__(self, substeps: int = 1) -> None:
         if substeps < 1:
             raise ValueError(f"{substeps} steps in a tick: one is the least")
-        self.substeps = substeps
+        self._substeps = substeps
         self.client: int = bullet.connect(bullet.DIRECT)
         bullet.setPhysicsEngineParameter(
             fixedTimeStep=TICK / substeps,
@@ -63,8 +63,7 @@ class PhysicsWorld:
         self.before_substep: list[Callable[[float], None]] = []
         self.after_substep: list[Callable[[], None]] = []
         self.after_step: list[Callable[[], None]] = []
-        self._pushes: list[tuple[int, int, Vector3]] = []
-        self._turns: list[tuple[int, Vector3]] = []
+        self.forces = TickForces(self.client)
         # Contact points and joint states by body after the last step, cached on first query.
         self._touching: dict[int, Any] = {}
         self._joint_states: dict[tuple[int, tuple[int, ...]], Any] = {}
@@ -78,21 +77,16 @@ class PhysicsWorld:
         """Advance by one tick."""
         for prepare in self.before_step:
             prepare()
-        for number in range(1, self.substeps + 1):
+        for number in range(1, self._substeps + 1):
             for lead in self.before_substep:
-                lead(number / self.substeps)
-            # PyBullet forgets forces and torques after each of its steps.
-            for body, link, force in self._pushes:
-                self._apply(body, link, force)
-            for body, torque in self._turns:
-                bullet.applyExternalTorque(body, -1, torque, bullet.WORLD_FRAME, physicsClientId=self.client)
+                lead(number / self._substeps)
+            self.forces.apply()
             bullet.stepSimulation(physicsClientId=self.client)
             self._touching.clear()
             self._joint_states.clear()
             for record in self.after_substep:
                 record()
-        self._pushes.clear()
-        self._turns.clear()
+        self.forces.clear()
         self.ticks += 1
         for note in self.after_step:
             note()
@@ -105,33 +99,14 @@ class PhysicsWorld:
                 called.clear()
             self.client = self.bodies.client = self.renderer.client = -1
 
-    def push(self, body: int, force: Vector3, link: int = -1) -> None:
-        """Push a body's base, or a link, at its centre of mass during the next tick.
+    def push(self, body: int, force: Vector3) -> None:
+        """Push a body's base at its centre of mass during the next tick.
 
         Args:
             body: number in PyBullet.
             force: in W, N.
-            link: number of the link; -1 for the base.
         """
-        self._pushes.append((body, link, force))
-
-    def turn(self, body: int, torque: Vector3) -> None:
-        """Turn a body's base during the next tick.
-
-        Args:
-            body: number in PyBullet.
-            torque: in W, N·m.
-        """
-        self._turns.append((body, torque))
-
-    def _apply(self, body: int, link: int, force: Vector3) -> None:
-        if link < 0:
-            place = self.pose(body).position
-        else:
-            place = bullet.getLinkState(body, link, physicsClientId=self.client)[0]
-        bullet.applyExternalForce(body, link, force, place, bullet.WORLD_FRAME, physicsClientId=self.client)
-
-    # Measurements.
+        self.forces.push(body, force)
 
     def pose(self, body: int, link: int = -1) -> Pose:
         """Read the pose of a body's base, or of a link's frame.
@@ -173,8 +148,7 @@ class PhysicsWorld:
         Returns:
             The position, rad or m.
         """
-        position: float = bullet.getJointState(body, joint, physicsClientId=self.client)[0]
-        return position
+        return float(bullet.getJointState(body, joint, physicsClientId=self.client)[0])
 
     def joint_states(self, body: int, joints: tuple[int, ...]) -> Any:
         """Read the states of joints after the last step; cached until the next step.
@@ -236,7 +210,7 @@ class PhysicsWorld:
         """
         count = bullet.getNumBodies(physicsClientId=self.client)
         bodies = [bullet.getBodyUniqueId(number, physicsClientId=self.client) for number in range(count)]
-        found = []
+        found: list[tuple[int, int, float]] = []
         for first, second in combinations(bodies, 2):
             points = bullet.getClosestPoints(first, second, 0.0, physicsClientId=self.client)
             depth = max((-point[8] for point in points), default=0.0)
@@ -267,7 +241,11 @@ class PhysicsWorld:
             The sums by number of the link, N.
         """
         forces: dict[int, float] = {}
-        for point in self._points(body) if other < 0 else self._points_between(body, other):
+        if other < 0:
+            points = self._points(body)
+        else:
+            points = bullet.getContactPoints(body, other, physicsClientId=self.client) or ()
+        for point in points:
             forces[point[3]] = forces.get(point[3], 0.0) + point[9]
         return forces
 
@@ -295,6 +273,3 @@ class PhysicsWorld:
             points = bullet.getContactPoints(body, physicsClientId=self.client) or ()
             self._touching[body] = points
         return points
-
-    def _points_between(self, body: int, other: int) -> Any:
-        return bullet.getContactPoints(body, other, physicsClientId=self.client) or ()

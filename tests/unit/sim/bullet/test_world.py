@@ -54,7 +54,7 @@ def test_a_body_falls_as_gravity_pulls_it(world: PhysicsWorld) -> None:
     cube = _cube(world, z=10.0)
     _settle(world, 24)
     # g t²/2 after 0.1 s, to which the integration in steps of h adds g t h/2.
-    fallen = GRAVITY * (0.01 / 2 + 0.1 / 480 / world.substeps)
+    fallen = GRAVITY * (0.01 / 2 + 0.1 / 480 / world._substeps)
     assert 10.0 - world.pose(cube).position[2] == pytest.approx(fallen, rel=0.02)
     assert world.pose(cube).position[:2] == (0.0, 0.0)
 
