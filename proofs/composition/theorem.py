@@ -368,10 +368,10 @@ def _owner_obligation(code: ModuleSource) -> TheoremObligation:
     def run(ask: DecideBranch) -> str:
         modules = {
             "a": SimpleNamespace(
-                id="a", code_digest="", skills={"own": SimpleNamespace(id="own", inputs={}, wear=0)}
+                id="a", behaviour_digest="", skills={"own": SimpleNamespace(id="own", inputs={}, wear=0)}
             ),
             "b": SimpleNamespace(
-                id="b", code_digest="", skills={"lent": SimpleNamespace(id="lent", inputs={}, wear=0)}
+                id="b", behaviour_digest="", skills={"lent": SimpleNamespace(id="lent", inputs={}, wear=0)}
             ),
         }
         caller = modules["a"]
@@ -392,6 +392,7 @@ def _owner_obligation(code: ModuleSource) -> TheoremObligation:
             success_record=lambda *_: record,
             recent_records=lambda contexts: dict.fromkeys(contexts, recent),
             typical_duration=lambda *_: None,
+            recent_duration=lambda *_: None,
             latest_episode=lambda: 0,
         )
         one._task, one._seed, one.denied = "", 0, set()
