@@ -132,12 +132,13 @@ def read_recent_duration(
     sql = f"""SELECT episodes.ended - started, {_AGREES.format(asked=":context")}
               FROM episodes JOIN sessions ON sessions.id = session
               WHERE module = :module AND skill = :skill AND counts = 1 AND failed = 0
-              AND plant = :plant AND code = :code ORDER BY episodes.id DESC"""  # noqa: S608  a constant
+              AND plant = :plant AND code = :code
+              ORDER BY 2 DESC, episodes.id DESC LIMIT :most"""  # noqa: S608  a constant
     plant, code = origin
     asked = {"module": module, "skill": skill, "plant": plant, "code": code, "context": context}
-    rows = database.execute(sql, asked).fetchall()
+    rows = database.execute(sql, {**asked, "most": MAX_WEIGHED_TRIES}).fetchall()
     took = [seconds for seconds, agrees in rows if agrees] or [seconds for seconds, _ in rows]
-    return recent_median(list(enumerate(took[:MAX_WEIGHED_TRIES]))) if took else None
+    return recent_median(list(enumerate(took))) if took else None
 
 
 def read_recent_records(
