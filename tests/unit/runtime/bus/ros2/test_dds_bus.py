@@ -108,7 +108,7 @@ def test_a_reader_of_another_vendor_gets_every_decision(domain: Domain) -> None:
 
 
 def test_a_person_on_a_topic_stops_the_arm(domain: Domain) -> None:
-    """A peer's distance is far, then near, then silent: the arm moves, stops, and stays denied."""
+    """A peer's distance is far, then near, then silent: the arm moves, and is then denied all."""
     reading = {"do": "publish_range", "topic": "/nearest", "rate": 100.0}
     peer = domain.start_peer(
         {**reading, "value": 8.0, "seconds": 16.0},
@@ -122,10 +122,10 @@ def test_a_person_on_a_topic_stops_the_arm(domain: Domain) -> None:
     (named,) = (one["details"]["sensors"] for one in events if one["event"] == "topic-sensors")
     assert named == [{"variable": "human_distance", "topic": "/nearest", "type": "sensor_msgs/msg/Range"}]
     decisions = [one["details"] for one in events if one["event"] == "decision"]
-    verdicts = [one["verdict"] for one in decisions]
-    assert "ALLOW" in verdicts
-    stops = {one["details"].get("reason") for one in events if one["event"] == "stopped"}
-    assert "separation" in stops
-    codes = [reason[0] for one in decisions if one["verdict"] == "DENY" for reason in one["reasons"]]
-    # First too near, then too old.
-    assert codes.index("AE750") < codes.index("AE706")
+    codes = [{reason[0] for reason in one["reasons"]} for one in decisions]
+    # The person comes while the arm moves, which is a stop, or between two actions.
+    near = next(at for at, found in enumerate(codes) if "AE750" in found)
+    assert "ALLOW" in [one["verdict"] for one in decisions[:near]]
+    assert {one["verdict"] for one in decisions[near:]} == {"DENY"}
+    # At last the reading is too old.
+    assert codes[-1] == {"AE706"}
