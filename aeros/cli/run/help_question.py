@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 
+from aeros.cli.terminal.questions import is_attended
+
 
 def help_asker() -> Callable[[str], bool] | None:
     """Make the function that asks for help.
@@ -13,7 +15,7 @@ def help_asker() -> Callable[[str], bool] | None:
         A function of the reason that returns True after Enter, and False after `q` or at the end of input;
         None in a script, where standard input or error output is no terminal.
     """
-    return _ask if sys.stdin.isatty() and sys.stderr.isatty() else None
+    return _ask if is_attended() else None
 
 
 def _ask(reason: str) -> bool:

@@ -11,6 +11,7 @@ from dataclasses import replace
 from aeros.agent.instructions.meaning import Understanding
 from aeros.agent.instructions.refusals import AmbiguousInstructionError
 from aeros.agent.reading.nearest import NearlyUnderstoodError
+from aeros.cli.terminal.questions import is_attended, is_confirmed
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.session.setup import understand_instruction
@@ -36,11 +37,10 @@ def understand_or_ask(
     Raises:
         InstructionError: A part is not understood, or nobody chose one of several tasks or confirmed a part.
     """
-    is_asked = sys.stdin.isatty() and sys.stderr.isatty()
     try:
         return understand_instruction(instruction, configuration, governor)
     except AmbiguousInstructionError as ambiguous:
-        if not is_asked or not ambiguous.is_about_all(instruction):
+        if not is_attended() or not ambiguous.is_about_all(instruction):
             raise
         print(f"aeros: {ambiguous}", file=sys.stderr)
         print(f"which? {', '.join(ambiguous.candidates)} ", end="", file=sys.stderr, flush=True)
@@ -49,7 +49,7 @@ def understand_or_ask(
             raise
         return understand_instruction(ambiguous.candidates[chosen], configuration, governor)
     except NearlyUnderstoodError as near:
-        if not is_asked:
+        if not is_attended():
             raise
         return _confirmed(near)
 
@@ -63,8 +63,7 @@ def _confirmed(near: NearlyUnderstoodError) -> Understanding:
     meaning, left_out = near.nearest.meaning, quoted(near.nearest.left_out)
     print(f"aeros: {near.refusal}", file=sys.stderr)
     print(f"without {left_out}: {'; '.join(meaning.formal_lines)}", file=sys.stderr)
-    print("carry this out? yes or no: ", end="", file=sys.stderr, flush=True)
-    if sys.stdin.readline().strip() != "yes":
+    if not is_confirmed():
         raise near
     account = (*meaning.account, f"{left_out}: left out, as the operator at the terminal confirmed")
     return replace(meaning, account=account)

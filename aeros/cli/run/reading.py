@@ -19,6 +19,7 @@ from aeros.agent.instructions.refusals import InstructionError, NothingAskedErro
 from aeros.agent.instructions.understand import is_task_name
 from aeros.cli.run.instruction import understand_or_ask
 from aeros.cli.run.planners import llm_endpoint, llm_timeout, require_planner_options
+from aeros.cli.terminal.questions import is_attended, is_confirmed
 from aeros.cli.terminal.streams import print_line
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.registry_governor import RegistryGovernor
@@ -108,12 +109,11 @@ def _confirm(reading: ModelReading, refusal: InstructionError) -> str:
         InstructionError: Nobody is there, or the operator does not confirm the reading.
     """
     shown = "; ".join(reading.lines)
-    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+    if not is_attended():
         refuse_unconfirmed(reading, refusal)
     print(f"aeros: {refusal.reason}", file=sys.stderr)
     for line in reading.lines:
         print(f"aeros: `{reading.model}` reads {line}", file=sys.stderr)
-    print("carry this out? yes or no: ", end="", file=sys.stderr, flush=True)
-    if sys.stdin.readline().strip() != "yes":
+    if not is_confirmed():
         raise InstructionError(f"the operator did not confirm {shown}, so nothing moves")
     return "the operator at the terminal"

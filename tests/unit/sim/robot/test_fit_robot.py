@@ -56,13 +56,13 @@ def test_the_chain_is_that_of_the_urdf_in_any_posture(path: Path) -> None:
         assert pose @ offset == pytest.approx(expected, abs=2e-5)
 
 
-def test_parallel_axes_that_are_beside_each_other_get_a_zero() -> None:
+def test_a_joint_between_parallel_axes_gets_the_angle_at_its_position_zero() -> None:
     _, joints = read_chain(read_urdf(XARM))
     zeros = [zero_angle(row) for row in denavit_hartenberg(joints)[0]]
     assert zeros == pytest.approx([0.0, -1.384918, 1.384918, 0.0, 0.0, 0.0], abs=1e-4)
 
 
-def test_a_first_axis_beside_the_base_is_refused() -> None:
+def test_a_first_joint_whose_axis_passes_beside_the_bases_origin_is_refused() -> None:
     _, joints = read_chain(read_urdf(IIWA))
     first = joints[0]._replace(place=joints[0].place + np.array([[0.0, 0.0, 0.0, 0.1]] * 3 + [[0.0] * 4]))
     with pytest.raises(SystemExit, match="joint 1 is not normal to the base's x, or passes beside it"):

@@ -66,13 +66,13 @@ def test_values_of_the_hold_condition_override_effects() -> None:
     assert states(one, ["area"]) == [{"area": "table"}, {"area": "pot"}]
 
 
-def test_numbers_that_the_hold_condition_reads_are_free_beside_other_effects() -> None:
+def test_after_a_lost_hold_a_number_that_it_reads_may_be_unset_while_other_effects_are_set() -> None:
     one = holding("fill_level > 0.5", outcome("full", {"fill_level": 1, "dumpling_cooked": True}))
     full = {"fill_level": 1, "dumpling_cooked": True}
     assert states(one, [*full]) == [{}, full, {"dumpling_cooked": True}]
 
 
-def test_the_closed_loop_has_every_count_beside_each_effect_after_a_hold_loss() -> None:
+def test_after_a_lost_hold_the_loop_explores_every_count_with_and_without_the_other_effect() -> None:
     counting = skill("add", outcome("added", {"count": Fraction(1), "dumpling_cooked": True}))
     held = ActionCondition(t.Compare("<=", t.Literal(Fraction(0), INT), STATE["count"].variable), "", SPAN)
     one = replace(counting, hold_condition=held)
