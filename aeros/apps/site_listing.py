@@ -118,6 +118,11 @@ def site_tables(site: Site) -> list[ListedNames]:
                 for rule in site.invariants
             ),
         ),
+        ListedNames(
+            "definitions",
+            ("definition", "condition"),
+            tuple((name.value, _line(condition.value)) for name, condition in site.definitions),
+        ),
         ListedNames("constants", ("constant", "value", "offers", "source"), tuple(_constants(site))),
         ListedNames(
             "enums",

@@ -17,6 +17,7 @@ import pytest
 from aeros.files import (
     hold_temporary_folder,
     make_folder,
+    open_private,
     open_regular,
     replace_durably,
     sync_folder,
@@ -79,6 +80,28 @@ def test_the_leftovers_of_an_earlier_write_do_not_matter(tmp_path: Path) -> None
     (tmp_path / "state.new").write_bytes(b"half of something longer")
     replace_durably(tmp_path / "state", b"new")
     assert (tmp_path / "state").read_bytes() == b"new"
+
+
+def test_a_device_a_pipe_and_a_link_stay_what_they_are(tmp_path: Path) -> None:
+    device = tmp_path / "device"
+    device.symlink_to("/dev/null")
+    replace_durably(device, b"lost")
+    open_private(device).close()
+    assert device.is_char_device()
+    assert device.stat().st_mode & 0o777 == 0o666
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    replace_durably(pipe, b"read")
+    assert os.read(reader, 10) == b"read"
+    os.close(reader)
+    assert pipe.is_fifo()
+    target, link = tmp_path / "target", tmp_path / "link"
+    link.symlink_to(target)
+    for content in (b"first", b"second"):
+        replace_durably(link, content)
+        assert link.is_symlink()
+        assert target.read_bytes() == content
 
 
 def test_a_write_that_fails_leaves_the_old_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -105,13 +105,13 @@ def _vocabulary(tasks: Sequence[TaskPhrases]) -> tuple[frozenset[str], tuple[str
     """Return all words that tasks or the grammar have, and those that slips are corrected to."""
     acts = {word for entry in tasks for word in _act_words(entry.triggers) | words_in(entry.objects)}
     extras = {word for entry in tasks for word in words_in(entry.extras)}
-    values: set[str] = set()
-    conditions: set[str] = set()
-    for entry in tasks:
-        task = entry.routed.task
-        conditions.update(word for phrase in task.condition_phrases for word in normalized_words(phrase))
-        stated = (one for parameter in task.parameters.values() for one in parameter.phrases.values())
-        values.update(word for phrases in stated for text in phrases for word in normalized_words(text))
+    conditions = {
+        word
+        for entry in tasks
+        for phrase in entry.routed.task.condition_phrases
+        for word in normalized_words(phrase)
+    }
+    values = {word for entry in tasks for value in entry.values for word in value.words}
     values -= {word for entry in tasks for word in words_in(entry.objects)}
     corrected = ((acts | (extras - english.ALL_WORDS)) - values - _FUNCTION_WORDS) | _things(tasks)
     targets = sorted(word for one in corrected if len(one) >= _MIN_LENGTH for word in _forms(one))

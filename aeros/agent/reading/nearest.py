@@ -153,14 +153,7 @@ def _kept_words(tokens: Sequence[str], tasks: Sequence[TaskPhrases]) -> _KeptWor
         for word in phrases.starting(spoken, at)
     )
     numbers = (word for word in spoken if _is_number(word))
-    stated = (
-        word
-        for entry in tasks
-        for parameter in entry.routed.task.parameters.values()
-        for phrases in parameter.phrases.values()
-        for phrase in phrases
-        for word in normalized_words(phrase)
-    )
+    stated = (word for entry in tasks for value in entry.values for word in value.words)
     things = (word for entry in tasks for phrase in entry.objects for word in phrase)
     # `can you …` asks for no can.
     asked = {one for one, other in pairwise(spoken) if one in _ABILITY and other in _ADDRESSED}
@@ -224,10 +217,11 @@ def _candidates(tokens: Sequence[str], tasks: Sequence[TaskPhrases]) -> list[fro
         at in conditional or token in _KEPT_MARKS or not all_kept.isdisjoint(normalized_words(token))
         for at, token in enumerate(tokens)
     )
+    undeclared = frozenset(unknown_words(" ".join(tokens), tasks))
     unknown = frozenset(
         at
         for at, token in enumerate(tokens)
-        if not is_kept[at] and not set(unknown_words(token, tasks)).isdisjoint(normalized_words(token))
+        if not is_kept[at] and not undeclared.isdisjoint(normalized_words(token))
     )
     others = [at for at in range(len(tokens)) if at not in unknown]
     phrases = (

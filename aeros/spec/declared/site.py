@@ -215,6 +215,13 @@ class Site:
     )
     constants: Named[Constant] = field(default=MappingField(), metadata={"doc": "named constants"})
     volumes: Named[Volume] = field(default=MappingField(), metadata={"doc": "named boxes in W"})
+    definitions: Named[ExpressionField] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "conditions on the state that a name stands for, in invariants and in modules, as in "
+            "`definitions: {person_is_near: human_distance < 1200 mm}`"
+        },
+    )
     joint: tuple[JointInvariant, ...] = field(
         default=(), metadata={"doc": "invariants about two actions at the same time"}
     )
@@ -282,7 +289,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Overlay:
-    """An operator's additions to a site: access, blocks, tools, objects and settings; it cannot weaken Φ.
+    """An operator's additions to a site: access, blocks, tools, words and settings; it cannot weaken Φ.
 
     Attributes:
         span: its place in the file.
@@ -319,6 +326,13 @@ class Overlay:
             "`objects: {small_cup: {words: [cup, small cup], cylinder: [3 cm, 8 cm]}}`"
         },
     )
+    definitions: Named[ExpressionField] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "further conditions on the state that a name stands for, for modules, as in "
+            "`definitions: {person_is_near: human_distance < 1200 mm}`"
+        },
+    )
     modules: Named[ModuleSettings] = field(
         default=MappingField(),
         metadata={
@@ -336,8 +350,8 @@ def with_overlay(site: Site, overlay: Overlay) -> Site:
         overlay: the overlay.
 
     Returns:
-        The site with the access, blocks, tools, objects and settings of both. A setting of the overlay
-        replaces one of the same name. All else of the site is as it was.
+        The site with the access, blocks, tools, words and settings of both. A setting of the overlay replaces
+        one of the same name. All else of the site is as it was.
     """
     policy = replace(
         site.policy,
@@ -350,6 +364,7 @@ def with_overlay(site: Site, overlay: Overlay) -> Site:
         actions=_merged(site.actions, overlay.actions, lambda below, _: below),
         state=_merged(site.state, overlay.state, lambda below, _: below),
         objects=_merged(site.objects, overlay.objects, lambda below, _: below),
+        definitions=_merged(site.definitions, overlay.definitions, lambda below, _: below),
         modules=_merged(site.modules, overlay.modules, _joined_settings),
     )
 

@@ -134,6 +134,7 @@ def meanings_of_names(site: Site) -> dict[str, str]:
     used = dict.fromkeys(site.state, "a state variable of this site")
     used |= dict.fromkeys(site.constants, "a constant of this site")
     used |= dict.fromkeys(site.volumes, "a volume of this site")
+    used |= dict.fromkeys(site.definitions, "a definition of this site")
     used |= {role: "a role of a joint rule" for rule in site.joint_rules for role, _ in rule.roles}
     for enum in site.enums.values():
         used |= {enum.name: "an enum of this site"} | dict.fromkeys(

@@ -15,7 +15,7 @@ from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import perception as declared
 from aeros.spec.declared import site as declared_site
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel, did_you_mean
-from aeros.spec.elaborate.definitions import elaborate_definitions
+from aeros.spec.elaborate.definitions import adopted_definitions, elaborate_definitions
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import (
     check_name_is_free,
@@ -216,14 +216,17 @@ class ModulePerception:
                 enums=enums | enums_of_modules(state),
                 recalled_names=frozenset({**recalled, **self._by_full_name(recalled)}),
             )
+        adopted = adopted_definitions(ecm, self.site)
+        self.site = adopted.site
         written = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
-        self.definitions = elaborate_definitions(ecm, own, self.site, diagnostics)
+        self.definitions = adopted.definitions | elaborate_definitions(ecm, own, self.site, diagnostics)
         declared_here = dict.fromkeys(name.value for name, _ in ecm.state)
         self.perceivers = {
             name.value: self._perceiver(name, perceiver, declared_here, site)
             for name, perceiver in ecm.perceivers
         }
-        self.state = self._by_full_name(_with_sensors(ecm, own, written, diagnostics))
+        own = _with_sensors(ecm, own, written, diagnostics)
+        self.state = {**adopted.predicates, **self._by_full_name(own)}
         self._check_shared(ecm, site)
 
     def _by_full_name(self, own: Mapping[str, Declared]) -> dict[str, Declared]:

@@ -9,6 +9,7 @@ from typing import Protocol
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox, Scope
 from aeros.spec.expr.types import EnumType
+from aeros.spec.model.perception import Definition
 from aeros.spec.model.rules import ActionKind
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
@@ -32,6 +33,10 @@ class Vocabulary(Protocol):
     @property
     def state(self) -> Mapping[str, Declared]:
         """Measured quantities by name."""
+
+    @property
+    def definitions(self) -> Mapping[str, Definition]:
+        """Conditions on measured quantities that have a name."""
 
 
 _NONE: Mapping[str, Declared] = {}
@@ -64,6 +69,24 @@ def argument_scope(site: Site) -> Scope:
     return state_scope(replace(site, state={**site.state, **short}))
 
 
+def tick_scope(site: Vocabulary, inputs: Mapping[str, Declared] = _NONE) -> Scope:
+    """Make the scope of conditions that are checked at every control tick, such as `hold`.
+
+    A definition of the site stands for its condition there, on readings of that tick; in other conditions of
+    a module it is a predicate that is evaluated at each observation.
+
+    Args:
+        site: vocabulary of the site.
+        inputs: inputs of a skill by name, without the prefix `inputs.`.
+
+    Returns:
+        The scope.
+    """
+    scope = state_scope(site, inputs)
+    variables = {name: one for name, one in scope.variables.items() if name not in site.definitions}
+    return replace(scope, variables=variables)
+
+
 def state_scope(site: Vocabulary, inputs: Mapping[str, Declared] = _NONE) -> Scope:
     """Make the scope of conditions on states: the vocabulary, and a skill's inputs.
 
@@ -81,6 +104,7 @@ def state_scope(site: Vocabulary, inputs: Mapping[str, Declared] = _NONE) -> Sco
         site.enums,
         site.volumes,
         recalled=_recalled(site),
+        definitions=_conditions(site),
     )
 
 
@@ -95,15 +119,8 @@ def action_scope(site: Vocabulary, kind: ActionKind, inputs: Mapping[str, Declar
     Returns:
         The scope.
     """
-    variables = _variables({**site.state, **kind.parameters})
-    return Scope(
-        variables,
-        _variables(inputs),
-        site.constants,
-        site.enums,
-        site.volumes,
-        recalled=_recalled(site),
-    )
+    scope = tick_scope(site, inputs)
+    return replace(scope, variables={**scope.variables, **_variables(kind.parameters)})
 
 
 def scope_over(site: Vocabulary, declared: Iterable[Declared]) -> Scope:
@@ -122,7 +139,7 @@ def scope_over(site: Vocabulary, declared: Iterable[Declared]) -> Scope:
             inputs[one.name.removeprefix("inputs.")] = one.variable
         else:
             others[one.name] = one.variable
-    return Scope(others, inputs, site.constants, site.enums, site.volumes)
+    return Scope(others, inputs, site.constants, site.enums, site.volumes, definitions=_conditions(site))
 
 
 def joint_scope(site: Vocabulary, roles: Mapping[str, ActionKind]) -> Scope:
@@ -140,6 +157,10 @@ def joint_scope(site: Vocabulary, roles: Mapping[str, ActionKind]) -> Scope:
         for role, kind in roles.items()
     }
     return replace(state_scope(site), roles=parameters)
+
+
+def _conditions(site: Vocabulary) -> dict[str, t.Term]:
+    return {name: one.term for name, one in site.definitions.items()}
 
 
 def _recalled(site: Vocabulary) -> frozenset[str]:

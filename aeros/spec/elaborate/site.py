@@ -26,7 +26,11 @@ from aeros.spec.elaborate.rules import ElaboratedRules, check_unique_ids, elabor
 from aeros.spec.elaborate.sensor_errors import elaborate_area_scanners, elaborate_sensor_errors
 from aeros.spec.elaborate.task_parameters import elaborate_objects
 from aeros.spec.elaborate.tools import check_rules_read_no_answers
-from aeros.spec.elaborate.vocabulary import check_protective_stop, elaborate_vocabulary
+from aeros.spec.elaborate.vocabulary import (
+    check_protective_stop,
+    elaborate_site_definitions,
+    elaborate_vocabulary,
+)
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.policy import Durability
 from aeros.spec.model.rules import Risk
@@ -48,8 +52,8 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
     """
     before = len(diagnostics)
     vocabulary = elaborate_vocabulary(site, diagnostics)
-    # What refers to the vocabulary is elaborated only if all of that is right: a faulty name is not an
-    # undeclared one.
+    # What refers to the vocabulary, and then to definitions, is elaborated only if all of that is right: a
+    # faulty name is not an undeclared one.
     is_whole = len(diagnostics) == before
     check_protective_stop(site, vocabulary, diagnostics)
     check_unique_ids(site, diagnostics)
@@ -58,10 +62,15 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
     devices = _devices(site, diagnostics)
     objects = elaborate_objects(site, diagnostics)
     if is_whole:
+        faults = len(diagnostics)
         shared = elaborate_shared_variables(policy.perception, vocabulary, diagnostics)
+        if len(diagnostics) == faults:
+            elaborate_site_definitions(site, vocabulary, shared, diagnostics)
         cameras = elaborate_cameras(site, vocabulary, diagnostics)
         sensor_errors = elaborate_sensor_errors(site, vocabulary, diagnostics)
         scanners = elaborate_area_scanners(site, vocabulary, diagnostics)
+        is_whole = len(vocabulary.definitions) == len(site.definitions.items)
+    if is_whole:
         rules = elaborate_rules(site, vocabulary, diagnostics)
         tools = {name: kind.tool for name, kind in vocabulary.kinds.items() if kind.tool is not None}
         check_rules_read_no_answers(tools, rules.rules, rules.joint_rules, rules.histories, diagnostics)
@@ -86,6 +95,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         enums=vocabulary.enums,
         constants=vocabulary.constants,
         volumes=vocabulary.volumes,
+        definitions=vocabulary.definitions,
         state={**vocabulary.state, **shared},
         kinds=vocabulary.kinds,
         rules=rules.rules,

@@ -84,7 +84,7 @@ def elaborate_tool(
 def check_words_of_overlay(
     site: declared_site.Site, overlay: declared_site.Overlay, diagnostics: Diagnostics
 ) -> bool:
-    """Check that an overlay adds tools, their answers and objects, and changes no word of the site.
+    """Check that an overlay adds tools, their answers and other words, and changes no word of the site.
 
     A tool whose name is that of a sensor could answer with what that sensor measures.
 
@@ -120,11 +120,15 @@ def check_words_of_overlay(
             headline = f"`{name.value}` is measured by `{variable.sensor.value}`, no tool of this overlay"
             help_ = "let its `sensor` be one of the tools under `actions`, or declare it in the site file"
             diagnostics.error("AE137", headline, variable.sensor.span, help=(help_,))
-    objects = {name.value for name, _ in site.objects}
-    for name, _ in overlay.objects:
-        if name.value in objects:
-            headline = f"`{name.value}` is already an object of the site"
-            diagnostics.error("AE121", headline, name.span, help=("choose another name for this object",))
+    for what, below, above in (
+        ("an object", site.objects, overlay.objects),
+        ("a definition", site.definitions, overlay.definitions),
+    ):
+        names = {name.value for name, _ in below}
+        for name, _ in above:
+            if name.value in names:
+                headline = f"`{name.value}` is already {what} of the site"
+                diagnostics.error("AE121", headline, name.span, help=("choose another name",))
     return len(diagnostics) == before
 
 

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Final
 
 from aeros.spec.declared import site as declared
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
-from aeros.spec.elaborate.expressions import elaborate_number, elaborate_quantity, elaborate_unit
+from aeros.spec.elaborate.expressions import (
+    elaborate_expression,
+    elaborate_number,
+    elaborate_quantity,
+    elaborate_unit,
+)
 from aeros.spec.elaborate.names import check_name_is_free
 from aeros.spec.elaborate.quantities import elaborate_state, elaborate_variable
-from aeros.spec.elaborate.scopes import constant_scope
+from aeros.spec.elaborate.scopes import constant_scope, state_scope
 from aeros.spec.elaborate.tools import elaborate_tool
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
 from aeros.spec.expr.units import LENGTH
+from aeros.spec.model.perception import Definition
 from aeros.spec.model.rules import SIMULATED_ACTIONS, ActionKind, Risk, parameter_differences
 from aeros.spec.model.task_parameters import OBJECTS
 from aeros.spec.model.variables import Declared
@@ -35,6 +43,7 @@ class SiteVocabulary:
         constants: constants as terms, SI, by name.
         volumes: boxes in W, m, by name.
         state: state variables by name.
+        definitions: conditions on the state that have a name.
         kinds: action kinds by name.
         used_names: meaning of each name in use, such as `a state variable`, by name.
     """
@@ -43,6 +52,7 @@ class SiteVocabulary:
     constants: dict[str, t.Term] = field(default_factory=dict)
     volumes: dict[str, AxisAlignedBox] = field(default_factory=dict)
     state: dict[str, Declared] = field(default_factory=dict)
+    definitions: dict[str, Definition] = field(default_factory=dict)
     kinds: dict[str, ActionKind] = field(default_factory=dict)
     used_names: dict[str, str] = field(default_factory=dict)
 
@@ -70,9 +80,40 @@ def elaborate_vocabulary(site: declared.Site, diagnostics: Diagnostics) -> SiteV
         elaborator.add_volume(name, volume)
     for name, variable in site.state:
         elaborator.add_state_variable(name, variable)
+    for name, _ in site.definitions:  # before the actions: no parameter may have the name
+        elaborator.claim_definition(name)
     for name, kind in site.actions:
         elaborator.add_kind(name, kind)
     return elaborator.vocabulary
+
+
+def elaborate_site_definitions(
+    site: declared.Site, vocabulary: SiteVocabulary, shared: Mapping[str, Declared], diagnostics: Diagnostics
+) -> None:
+    """Elaborate the conditions that a site gives names; each may use the names above it.
+
+    Args:
+        site: the declared site.
+        vocabulary: its vocabulary, without faults; receives the conditions.
+        shared: variables of modules that the site shares, by full name.
+        diagnostics: receives the faults.
+    """
+    readable = replace(vocabulary, state={**vocabulary.state, **shared})
+    later = [name.value for name, _ in site.definitions]
+    for name, condition in site.definitions:
+        below = [one for one in later if re.search(rf"\b{one}\b", condition.value)]
+        if below:
+            headline = f"`{name.value}` uses `{below[0]}`, which is not defined above it"
+            help_ = "a definition may use those above it" if below[0] != name.value else "leave it out"
+            diagnostics.error("AE202", headline, condition.span, help=(help_,))
+            continue
+        later.remove(name.value)
+        term = elaborate_expression(condition, state_scope(readable), diagnostics)
+        if term is not None and not t.variables_of(term):
+            headline = f"`{name.value}` reads no state variable, so it never changes"
+            diagnostics.error("AE112", headline, condition.span, help=("remove it",))
+        elif term is not None:
+            vocabulary.definitions[name.value] = Definition(term, condition.value, name.span)
 
 
 def check_protective_stop(site: declared.Site, vocabulary: SiteVocabulary, diagnostics: Diagnostics) -> None:
@@ -186,6 +227,9 @@ class _VocabularyElaborator:
         if is_free and elaborated is not None:
             self.vocabulary.used_names[name.value] = "a state variable"
             self.vocabulary.state[name.value] = elaborated
+
+    def claim_definition(self, name: TextField) -> None:
+        self._claim(name, "definition", "a definition")
 
     def add_kind(self, name: TextField, kind: declared.ActionKind) -> None:
         parameters: dict[str, Declared] = {}

@@ -37,6 +37,7 @@ class Scope:
         roles: parameters by name, of each action that a joint rule speaks of.
         past: True if past-time operators are allowed.
         recalled: names of state variables that come from memory, which no expression may read.
+        definitions: conditions on the state that a name stands for; usable where all that it reads is.
     """
 
     variables: Mapping[str, t.Variable]
@@ -47,6 +48,7 @@ class Scope:
     roles: Mapping[str, Mapping[str, t.Variable]] = field(default_factory=dict)
     past: bool = False
     recalled: frozenset[str] = frozenset()
+    definitions: Mapping[str, t.Term] = field(default_factory=dict)
 
 
 class ExpressionTypeError(Exception):

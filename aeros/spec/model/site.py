@@ -18,7 +18,7 @@ from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.motion import MotionPolicy
-from aeros.spec.model.perception import PerceptionPolicy, SiteCamera
+from aeros.spec.model.perception import Definition, PerceptionPolicy, SiteCamera
 from aeros.spec.model.policy import (
     Access,
     Durability,
@@ -46,6 +46,8 @@ class Site:
         digest: SHA-256 of its file, in hexadecimal.
         enums, constants, volumes, state, kinds: the vocabulary, by name.  A state variable whose name has a
             `.` is of the module before it.
+        definitions: conditions on the state that have a name, by it; a module that uses the name has a
+            predicate of its own with that definition.
         rules, joint_rules: the invariants of Φ about one action and about two simultaneous actions.
         histories: conditions on past states that the rules use.
         access: actuators, sensors, channels and computing devices that exist.
@@ -117,6 +119,7 @@ class Site:
     moved_by: Mapping[str, frozenset[str]] = field(default_factory=dict)
     recalled_names: frozenset[str] = frozenset()
     robot: str | None = None
+    definitions: Mapping[str, Definition] = field(default_factory=dict)
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:
@@ -132,7 +135,7 @@ class Site:
         return {
             short: names[0]
             for short, names in candidates.items()
-            if len(names) == 1 and short not in self.state
+            if (len(names) == 1 or short in self.definitions) and short not in self.state
         }
 
     @cached_property

@@ -49,6 +49,11 @@ def test_numbers_and_limits_are_those_of_the_file() -> None:
     assert rows["overhead"][0] == "table_area" or "bench_area" in rows["overhead"][0]
 
 
+def test_definitions_are_listed_with_their_conditions() -> None:
+    found = tables("tests/corpus/accepted/site_that_defines_predicates/site.yaml")["definitions"]
+    assert found.rows[0] == ("person_is_near", "person_distance < 2 m")
+
+
 def test_movers_of_sensors_and_actions_under_another_word_are_listed() -> None:
     found = tables("aeros/sites/panda_cell.yaml")
     movers = {row[0]: row[1] for row in found["movers of sensors"].rows}

@@ -17,7 +17,7 @@ from aeros.spec.elaborate.module.action_conditions import (
 from aeros.spec.elaborate.module.effects import elaborate_effects
 from aeros.spec.elaborate.module.interfaces import elaborate_inputs, elaborate_outputs
 from aeros.spec.elaborate.names import resolve_models, resolve_name, resolve_need
-from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.elaborate.scopes import state_scope, tick_scope
 from aeros.spec.elaborate.values import elaborate_verdict
 from aeros.spec.expr.units import TIME, format_number, parse_quantity
 from aeros.spec.model.configured import BoundNames, site_names
@@ -132,7 +132,9 @@ class _SkillElaborator:
     def _hold_condition(
         self, expression: ExpressionField | None, inputs: Mapping[str, Declared]
     ) -> ActionCondition | None:
-        hold = self._state_condition(expression, inputs)
+        if expression is None:
+            return None
+        hold = elaborate_action_condition(expression, tick_scope(self._site, inputs), self._diagnostics)
         if hold is not None and count_combinations(hold) > MAX_COMBINATIONS:
             headline = f"`hold` reads predicates with more than {MAX_COMBINATIONS} combinations of values"
             self._diagnostics.error("AE111", headline, hold.span, help=("use fewer predicates in `hold`",))

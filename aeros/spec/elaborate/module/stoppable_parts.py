@@ -10,7 +10,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.module.action_conditions import elaborate_action_condition
-from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.elaborate.scopes import tick_scope
 from aeros.spec.expr.units import TIME
 from aeros.spec.model.composition import STOP_ON_FAILURE, Part, Step
 from aeros.spec.model.ecm import ActionCondition
@@ -61,7 +61,7 @@ def elaborate_stoppable_part(
 
 
 def _condition(text: ExpressionField, site: Site, diagnostics: Diagnostics) -> ActionCondition | None:
-    hold = elaborate_action_condition(text, state_scope(site), diagnostics)
+    hold = elaborate_action_condition(text, tick_scope(site), diagnostics)
     if hold is not None and count_combinations(hold) > MAX_COMBINATIONS:
         headline = f"`hold` reads predicates with more than {MAX_COMBINATIONS} combinations of values"
         diagnostics.error("AE111", headline, hold.span, help=("use fewer predicates in `hold`",))

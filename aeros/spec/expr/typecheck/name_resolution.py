@@ -8,7 +8,7 @@ from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox, ExpressionTypeError, Scope
-from aeros.spec.expr.types import EnumType, IntegerType, RealType, Type, VectorType
+from aeros.spec.expr.types import BOOL, EnumType, IntegerType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
 
 Bound = Mapping[str, t.BoundVariable]
@@ -37,6 +37,8 @@ def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) ->
         return scope.variables[text], value_type(scope.variables[text].type)
     if text in scope.constants:
         return scope.constants[text], _type_of_constant(scope.constants[text])
+    if text in scope.definitions:
+        return _definition(node, scope), BOOL
     candidates = [enum for enum in scope.enums.values() if text in enum.members]
     if isinstance(hint, EnumType) and text in hint.members:
         return t.Literal(text, hint), hint
@@ -54,7 +56,7 @@ def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) ->
         )
     _check_is_no_memory(node, text, scope)
     members = (member for enum in scope.enums.values() for member in enum.members)
-    known = [*bound, *scope.variables, *scope.constants, *members]
+    known = [*bound, *scope.variables, *scope.constants, *scope.definitions, *members]
     raise ExpressionTypeError(
         "AE202",
         f"`{text}` is not declared here",
@@ -101,6 +103,26 @@ def resolve_attribute(node: s.Attribute, scope: Scope, bound: Bound) -> tuple[t.
     return among[text], value_type(among[text].type)
 
 
+def _definition(node: s.Name, scope: Scope) -> t.Term:
+    """Return the condition that a name stands for.
+
+    Raises:
+        ExpressionTypeError: it reads a state variable that may not be read here.
+    """
+    term = scope.definitions[node.text]
+    readable = {one.name for one in scope.variables.values()}
+    hidden = [name for name in t.variables_of(term) if name not in readable]
+    if hidden:
+        raise ExpressionTypeError(
+            "AE202",
+            f"`{node.text}` reads `{hidden[0]}`, which cannot be read here",
+            node.extent,
+            cure="a module can read another's variable that the site shares, if it requires that module; "
+            "an invariant can if the entry there has `in_invariants: true`",
+        )
+    return term
+
+
 def _corner(node: s.Attribute, volume: AxisAlignedBox, text: str) -> tuple[t.Term, Type]:
     """Return a corner of a volume: a point in W, m.
 
@@ -137,7 +159,7 @@ def _check_base_is_known(node: s.Attribute, base: str, text: str, scope: Scope, 
     Raises:
         ExpressionTypeError: no such variable may be read here.
     """
-    alone = [*bound, *scope.variables, *scope.constants]
+    alone = [*bound, *scope.variables, *scope.constants, *scope.definitions]
     if base in alone or any(base in enum.members for enum in scope.enums.values()):
         return
     cure = suggest_names(f"{base}.{text}", [name for name in scope.variables if "." in name])

@@ -33,7 +33,7 @@ def declare_index(node: s.Quantifier, scope: Scope, bound: Bound) -> t.BoundVari
         cure = suggest_names(node.set.text, scope.enums) or "declare it under the site's `enums`"
         raise ExpressionTypeError("AE202", f"`{node.set.text}` is not a set", node.set.extent, cure=cure)
     name = node.index.text
-    is_declared = name in bound or name in scope.variables or name in scope.constants
+    is_declared = any(name in each for each in (bound, scope.variables, scope.constants, scope.definitions))
     is_member = any(name in enum.members for enum in scope.enums.values())
     if is_declared or is_member or name == "inputs":
         raise ExpressionTypeError(

@@ -5,11 +5,19 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import NamedTuple
 
-from aeros.spec.elaborate.scopes import action_scope, constant_scope, joint_scope, scope_over, state_scope
+from aeros.spec.elaborate.scopes import (
+    action_scope,
+    constant_scope,
+    joint_scope,
+    scope_over,
+    state_scope,
+    tick_scope,
+)
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import BOOL, EnumType, RealType, Type
 from aeros.spec.expr.units import LENGTH, NUMBER
+from aeros.spec.model.perception import Definition
 from aeros.spec.model.rules import ActionKind, Risk
 from aeros.spec.model.variables import Declared
 from tests.unit.agent.dumplings import SPAN
@@ -24,6 +32,7 @@ class _Vocabulary(NamedTuple):
     constants: dict[str, t.Term]
     volumes: dict[str, AxisAlignedBox]
     state: dict[str, Declared]
+    definitions: dict[str, Definition]
 
 
 TOOLS = EnumType("tools", ("sponge", "brush"))
@@ -34,7 +43,14 @@ PACE = _declared("inputs.pace", t.VariableRole.INPUT, RealType(NUMBER))
 SPEED = _declared("speed", t.VariableRole.PARAMETER, RealType(LENGTH))
 MOVE = ActionKind("move", frozenset({"arm"}), Risk.LOW, False, {"speed": SPEED}, SPAN)
 ROLL = ActionKind("roll", frozenset({"wheels"}), Risk.LOW, False, {}, SPAN)
-SITE = _Vocabulary({"tools": TOOLS}, {"slow": SLOW}, {"box": BOX}, {"load": LOAD})
+LOADED = t.Compare("<", SLOW, LOAD.variable)
+SITE = _Vocabulary(
+    {"tools": TOOLS},
+    {"slow": SLOW},
+    {"box": BOX},
+    {"load": LOAD},
+    {"loaded": Definition(LOADED, "load > slow", SPAN)},
+)
 
 
 def test_a_constant_reads_no_variables() -> None:
@@ -57,6 +73,15 @@ def test_a_condition_on_actions_reads_the_parameters_too() -> None:
     assert scope.inputs == {"pace": PACE.variable}
     assert (scope.constants, scope.enums, scope.volumes) == (SITE.constants, SITE.enums, SITE.volumes)
     assert dict(action_scope(SITE, ROLL).variables) == {"load": LOAD.variable}
+
+
+def test_where_every_tick_counts_a_definition_is_its_condition_and_no_predicate() -> None:
+    loaded = _declared("carry.loaded", t.VariableRole.STATE)
+    site = SITE._replace(state={"load": LOAD, "loaded": loaded})
+    assert state_scope(site).variables.keys() == {"load", "loaded"}
+    for scope in (tick_scope(site), action_scope(site, ROLL)):
+        assert scope.variables == {"load": LOAD.variable}
+        assert scope.definitions == {"loaded": LOADED}
 
 
 def test_given_variables_are_distinguished_by_their_role() -> None:

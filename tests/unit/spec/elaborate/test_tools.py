@@ -234,3 +234,18 @@ def test_an_overlay_does_not_change_an_object_below_it(tmp_path: Path) -> None:
     found, site = overlay_of_objects(tmp_path, "jar")
     assert site is None
     assert found == ["AE121: `jar` is already an object of the site"]
+
+
+@pytest.mark.parametrize(
+    ("name", "faults"),
+    [("hand_is_up", []), ("lamp_lit", ["AE121: `lamp_lit` is already a definition of the site"])],
+)
+def test_an_overlay_adds_definitions_and_changes_none(name: str, faults: list[str], tmp_path: Path) -> None:
+    path, below = tmp_path / "overlay.yaml", tmp_path / "below.yaml"
+    definitions = "definitions: {{{}: not stop_pressed}}\n"
+    below.write_text(f"schema: aeros/overlay/1\nbase: {TABLE}\n" + definitions.format("lamp_lit"))
+    path.write_text("schema: aeros/overlay/1\nbase: below.yaml\n" + definitions.format(name))
+    sink = Diagnostics()
+    site = load_site(path, sink)
+    assert [f"{one.code}: {one.headline}" for one in sink] == faults
+    assert site is None or site.definitions.keys() == {"lamp_lit", name}

@@ -63,6 +63,19 @@ def test_a_constant_has_the_type_of_its_value() -> None:
     assert resolved("limit")[1] == FamilyType(JOINT, RealType(LENGTH))
 
 
+def test_a_definition_is_its_condition_where_all_that_it_reads_may_be_read() -> None:
+    ready, armed = (t.Variable(one, BOOL, t.VariableRole.STATE) for one in ("ready", "armed"))
+    both = t.And((ready, armed))
+    scope = Scope({"ready": ready, "renamed": armed}, definitions={"both": both})
+    assert check(parse("not both"), scope, BOOL) == t.Not(both)
+    with pytest.raises(ExpressionTypeError) as raised:
+        check(parse("not both"), Scope({"ready": ready}, definitions={"both": both}), BOOL)
+    assert raised.value.message == "`both` reads `armed`, which cannot be read here"
+    with pytest.raises(ExpressionTypeError) as raised:
+        check(parse("not bath"), scope, BOOL)
+    assert raised.value.cure == "did you mean `both`?"
+
+
 def test_a_member_of_one_enum_is_that_member_and_of_several_the_hint_decides() -> None:
     assert resolved("j2") == (t.Literal("j2", JOINT), JOINT)
     assert resolved("open", BOOL) == (t.Literal("open", GRIP), GRIP)
