@@ -149,6 +149,7 @@ def test_the_locks_agree_with_each_other() -> None:
     for lock in ("install", "tools"):
         for name, versions in _locked(lock).items():
             assert set(versions) <= set(test.get(name, versions)), name
+    assert _locked("uv") == {"uv": _locked("tools")["uv"]}
 
 
 def test_ci_runs_what_a_person_runs() -> None:
