@@ -20,6 +20,7 @@ from proofs.motion_limits.motion_rates import (
     declare_truths,
     is_nothing,
     nothing_obligation,
+    put_aside,
     trajectory_module,
 )
 
@@ -74,11 +75,10 @@ def start_obligation(code: ModuleSource) -> TheoremObligation:
 
 def base_obligation(code: ModuleSource) -> TheoremObligation:
     """With distances put aside."""
+    module = trajectory_module(code)
 
     def run(ask: DecideBranch) -> str:
-        module = trajectory_module(
-            code, dist=lambda *given: Measure("off", ask) if given == ("base", "measured") else None
-        )
+        put_aside(module, dist=lambda *given: Measure("off", ask) if given == ("base", "measured") else None)
         tracking = SimpleNamespace(bound=Measure("bound", ask)) if ask("is-bounded") else None
         policy = SimpleNamespace(base_variable="base at" if ask("is-named") else None, tracking=tracking)
         readings = {"base at": SimpleNamespace(value="measured")} if ask("is-measured") else {}
@@ -106,6 +106,7 @@ _TARGETS: Final = ("tool", "joints", "base")
 
 def end_obligation(code: ModuleSource) -> TheoremObligation:
     """With distances put aside; any of them may be not a number."""
+    module = trajectory_module(code)
 
     def run(ask: DecideBranch) -> str:
         def dist(*given: object) -> Measure:
@@ -115,7 +116,7 @@ def end_obligation(code: ModuleSource) -> TheoremObligation:
             }
             return known[given]
 
-        module = trajectory_module(code, dist=dist, max=lambda values: Measure("largest", ask))
+        put_aside(module, dist=dist, max=lambda values: Measure("largest", ask))
         kind = SimpleNamespace(
             tool_target="t" if ask("tool.has-target") else None,
             joint_target=tuple(f"q{n}" for n in JOINTS) if ask("joints.has-target") else None,

@@ -8,7 +8,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any, Final
 
 from aeros.skill import Action
-from aeros.spec.theorems.module_copies import ModuleSource
+from aeros.spec.theorems.module_copies import ModuleSource, install_stubs
 from aeros.spec.theorems.smtlib import smt_and, smt_implies, smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
@@ -91,6 +91,11 @@ def trajectory_module(code: ModuleSource, **stubs: Any) -> ModuleType:
     return code.module(TRAJECTORY, float=lambda value: value, **stubs)
 
 
+def put_aside(module: ModuleType, **stubs: Any) -> None:
+    """Replace names of a module before one of its runs; each run replaces the same ones."""
+    install_stubs(module, stubs)
+
+
 RATES: Final = ("speed", "acceleration", "jerk")
 JOINTS: Final = ("1", "2", "3")
 
@@ -149,6 +154,7 @@ def _limit_stub(ask: DecideBranch, expected: dict[str, tuple[object, object]]) -
 
 def joints_obligation(paths: Sequence[str], joints: Sequence[str], code: ModuleSource) -> TheoremObligation:
     """With the boxes of paths, and the rates of joints, put aside."""
+    module = trajectory_module(code)
 
     def run(ask: DecideBranch) -> str:
         def measures(name: str) -> tuple[Measure, ...]:
@@ -161,8 +167,8 @@ def joints_obligation(paths: Sequence[str], joints: Sequence[str], code: ModuleS
         servo = SimpleNamespace(joint_tolerance=measures("slack")) if ask("is-servo") else None
         plan = SimpleNamespace(joint_paths=tuple((path,) for path in paths), servo=servo)
         rates, limits = ([f"{of} {joint}" for joint in joints] for of in ("rates", "limits"))
-        module = trajectory_module(
-            code,
+        put_aside(
+            module,
             joint_box=joint_box,
             _joint_rates=lambda of: rates if of is plan else None,
             _limit_violations=_limit_stub(
@@ -199,10 +205,11 @@ def joints_obligation(paths: Sequence[str], joints: Sequence[str], code: ModuleS
 
 def sources_obligation(code: ModuleSource) -> TheoremObligation:
     """Of `_joint_rates` and `_tool_rates`, with the bounds of a path put aside."""
+    module = trajectory_module(code)
 
     def run(ask: DecideBranch) -> str:
-        module = trajectory_module(
-            code,
+        put_aside(
+            module,
             joint_rates=lambda path, duration: ("bounds", path, duration),
             tool_rates=lambda *given: ("tool bounds", *given),
             moves_joints=lambda of: ask("moves-joints") if of.body == "body" else None,
@@ -245,6 +252,7 @@ _MOTIONS: Final = ("new", "old", "older")
 
 def tool_obligation(code: ModuleSource) -> TheoremObligation:
     """With the bounds of tool and base put aside."""
+    module = trajectory_module(code)
 
     def run(ask: DecideBranch) -> str:
         plans = {
@@ -270,8 +278,8 @@ def tool_obligation(code: ModuleSource) -> TheoremObligation:
                 raise ValueError("tool")
             return "relative", turning
 
-        module = trajectory_module(
-            code,
+        put_aside(
+            module,
             base_rates=lambda *given: carried if given == (base.base_path, base.duration) else None,
             _tool_rates=rates_of,
             add_rates=lambda *given: moving if given == ("relative", carried) else None,
@@ -330,9 +338,9 @@ def tool_obligation(code: ModuleSource) -> TheoremObligation:
 
 def base_speed_obligation(code: ModuleSource) -> TheoremObligation:
     """With the bounds of the base put aside."""
+    module = trajectory_module(code)
 
     def run(ask: DecideBranch) -> str:
-        module = trajectory_module(code)
         rates = object()
         limits = module.MotionRates("speed", "acceleration", float("inf"))
         motion = SimpleNamespace(base_path="way", duration="time")

@@ -22,6 +22,7 @@ from proofs.motion_limits.motion_rates import (
     declare_truths,
     is_nothing,
     nothing_obligation,
+    put_aside,
     trajectory_module,
 )
 
@@ -45,6 +46,7 @@ class _FoundBreach(NamedTuple):
 
 def barriers_obligation(code: ModuleSource) -> TheoremObligation:
     """With the searches put aside: `swept_volume` is about these."""
+    module = trajectory_module(code)
 
     def run(ask: DecideBranch) -> str:
         moving = _Sweep("motion", "object" if ask("holds") else None)
@@ -83,8 +85,8 @@ def barriers_obligation(code: ModuleSource) -> TheoremObligation:
                 raise ValueError("limits")
             return "place" if ask(f"{among[0].id}.breaks-surface") else None
 
-        module = trajectory_module(
-            code,
+        put_aside(
+            module,
             find_breach=find_breach,
             _find_breach_closely=find_closely,
             find_surface_breach=find_surface_breach,
@@ -157,6 +159,7 @@ def _links(ask: DecideBranch, name: str) -> frozenset[str] | None:
 
 def closely_obligation(code: ModuleSource) -> TheoremObligation:
     """With the searches put aside."""
+    module = trajectory_module(code)
 
     def run(ask: DecideBranch) -> str:
         moving = _Sweep("motion", "object")
@@ -176,7 +179,7 @@ def closely_obligation(code: ModuleSource) -> TheoremObligation:
                 (_FoundBreach(one.id, HELD) for one in among if ask(f"{one.id}.breaks-closely")), None
             )
 
-        module = trajectory_module(code, find_breach=search, find_held_contact=find_held_contact)
+        put_aside(module, find_breach=search, find_held_contact=find_held_contact)
         boxes = [
             SimpleNamespace(
                 id=name,
@@ -212,6 +215,7 @@ def closely_obligation(code: ModuleSource) -> TheoremObligation:
 
 def contacts_obligation(code: ModuleSource) -> TheoremObligation:
     """Of links with each other, and of obstacles with them and with a base, with the searches put aside."""
+    module = trajectory_module(code)
 
     def run(ask: DecideBranch) -> str:
         def find(name: str, clearance: str) -> Any:
@@ -238,8 +242,8 @@ def contacts_obligation(code: ModuleSource) -> TheoremObligation:
         moving = SimpleNamespace(base="start", base_path=path)
         at_end = "at the end"
         travel = SimpleNamespace(at_end=lambda: at_end)
-        module = trajectory_module(
-            code,
+        put_aside(
+            module,
             find_link_contact=find("links", "link clearance"),
             find_obstacle_contact=find("obstacles", "clearance"),
             ends_at_obstacle=lambda *_: ask("ends-there"),
@@ -284,9 +288,9 @@ _AXES: Final = "xyz"
 
 def held_obligation(code: ModuleSource) -> TheoremObligation:
     """Of any box and any tool."""
+    module = trajectory_module(code)
 
     def run(ask: DecideBranch) -> str:
-        module = trajectory_module(code)
 
         def vector(name: str) -> tuple[SymbolicValue, ...]:
             return tuple(SymbolicValue(f"{name}.{axis}", ask) for axis in _AXES)
