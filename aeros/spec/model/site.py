@@ -128,9 +128,12 @@ class Site:
 
     @cached_property
     def short_names(self) -> Mapping[str, str]:
-        """Full name of each module's variable that is known by its own name alone, by that name."""
+        """Full name of each module's variable that is known by its own name alone, by that name.
+
+        Of a definition of the site that several modules use, it is the predicate of the first of them.
+        """
         candidates: dict[str, list[str]] = {}
-        for name in self.module_variables:
+        for name in sorted(self.module_variables):
             candidates.setdefault(name.partition(".")[2], []).append(name)
         return {
             short: names[0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -162,3 +163,12 @@ def test_a_definition_that_reads_what_the_module_may_not_read_says_so(tmp_path: 
     site.write_text(text + shared)
     _, problems, _ = adopting_module(tmp_path, site, goal="kettle_hot")
     assert problems == ["`kettle_hot` reads `kettle.hot`, which cannot be read here"]
+
+
+def test_a_definition_that_several_modules_use_is_known_by_its_name_alone(tmp_path: Path) -> None:
+    ecm, _, site = adopting_module(tmp_path)
+    assert ecm is not None
+    (predicate,) = ecm.state.values()
+    second = replace(predicate, variable=replace(predicate.variable, name="then_adopts.work_is_open"))
+    both = site.with_modules([ecm, replace(ecm, state={second.name: second})])
+    assert both.short_names == {"work_is_open": "adopts_definitions.work_is_open"}
