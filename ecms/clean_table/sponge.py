@@ -1,12 +1,12 @@
 """The sponge in a picture: found by colour and size, and how it lies."""
 
-from math import cos, sin
+from math import cos, dist, sin
 
 import numpy as np
 
 from aeros.perception import Mask, Points, Rectangle, has_red_ratios, min_area_rectangle, separate_parts
 
-from .places import FLAT, MIN_PIXELS, Place, is_standing
+from .places import FLAT, MIN_PIXELS, Place, is_all_shown, is_standing
 
 FOAM_TOPS = (FLAT, 0.12)
 """Height range of the sponge's foam, m, however it lies."""
@@ -76,6 +76,20 @@ def middle_of_sponge(sponge: tuple[Rectangle, float]) -> Place:
     """Return the foam's middle: half-way up on the table, else as far below its top as when it lies flat."""
     face, top = sponge
     return (face.x, face.y, top / 2.0 if top < OVERTURNED_FROM else top - SPONGE_HEIGHT / 2.0)
+
+
+def is_at_rest(middle: Place | None, shown: Points, rest: Place) -> bool | None:
+    """Return True if the sponge is at its rest; None if neither it nor a free rest is seen.
+
+    Args:
+        middle: of the foam, m; None if it is not seen.
+        shown: points (n, 3) that show what is on the table at their place, m.
+        rest: where the foam's middle belongs, m.
+    """
+    if middle is not None:
+        return dist(middle, rest) < RETURNED_WITHIN
+    around = ((-RETURNED_WITHIN, -RETURNED_WITHIN), (RETURNED_WITHIN, RETURNED_WITHIN))
+    return False if is_all_shown(shown, rest, around, []) else None
 
 
 def is_overturned(points: Points, face: Rectangle, top: float) -> bool:

@@ -18,7 +18,7 @@ from ecms.make_dumplings.measures import CLOSED_HEIGHT, HINGE_TO_PLATE, PLATE_HA
 from ecms.make_dumplings.perceivers import UNSEEN
 from ecms.make_dumplings.pictures import level_points, look_from_above, shows_filling, square_heading
 from ecms.make_dumplings.room import with_rim
-from ecms.make_dumplings.values import remaining_values
+from ecms.make_dumplings.values import pot_values, remaining_values
 from ecms.make_dumplings.wrappers import Piece, Wrapper, is_in_pot, is_near
 from tests.modules.looking import Put, Top, Watched, as_picture, draw
 
@@ -433,6 +433,29 @@ def test_neither_grip_nor_push_leads_through_the_side_of_the_pot() -> None:
     # Fingers that close along the pot's side, on it and clear of it.
     for away, is_free in ((0.0825, False), (0.12, True)):
         assert has_room(rim, (x, y - away, z - 0.02), pi / 2.0) is is_free
+
+
+@pytest.mark.parametrize(
+    ("lid", "height", "is_covered"),
+    [
+        ((0.20, 0.21), 0.095, True),  # a box on the pot
+        ((0.20, 0.21), 0.065, False),  # the pot's own edges, and a dumpling that leans at them
+        ((0.07, 0.21), 0.095, False),  # it leaves room for a dumpling beside it
+        ((0.0, 0.0), 0.095, False),
+    ],
+)
+def test_a_pot_is_covered_if_no_dumpling_can_be_let_go_over_it(
+    lid: tuple[float, float], height: float, *, is_covered: bool
+) -> None:
+    x, y = (np.arange(-half / 2.0, half / 2.0, 0.003) for half in lid)
+    u, v = np.meshgrid(POT[0] + 0.03 * (lid[0] < 0.1) + x, POT[1] + y)
+    points = np.stack((u.ravel(), v.ravel(), np.full(u.size, height)), axis=1)
+    found = pot_values(KnownBench(pot=POT, surroundings=points))
+    assert found["pot_covered"] == (is_covered,)
+    wrapper = Wrapper((POT[0] - HINGE_TO_PLATE, POT[1], height), 0.0, pi)
+    small = points[np.hypot(points[:, 0] - POT[0], points[:, 1] - POT[1]) < 0.05]
+    on_edge = KnownBench(pot=POT, surroundings=small, pieces=(Piece(wrapper),))
+    assert pot_values(on_edge)["pot_covered"] == (False,)
 
 
 def test_each_value_has_the_time_of_the_picture_that_shows_it() -> None:
