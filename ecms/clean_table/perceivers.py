@@ -134,6 +134,15 @@ def see_table(view: View) -> Perception:
             values |= choose_piece(loose, around, area, region, top)
             # A piece can have gone from one half to the other, so all of the table counts.
             is_all_seen = covered and is_all_shown(shown, area, COVERED, surroundings)
+            foam = (
+                is_yellow(rgb)
+                & is_standing(points)
+                & in_rectangle(points, *corners_in_world(area, INSPECTED))
+            )
+            if sponge is not None or readings.get("holding") is True:
+                values["sponge_missing"] = False
+            elif readings.get("holding") is False and is_all_seen and int(foam.sum()) < MIN_PIXELS:
+                values["sponge_missing"] = True
             if is_all_seen and sponge is not None and readings.get("holding") is False:
                 inside = points[is_bin(points, opening, -BIN_EDGE) & is_standing(points)]
                 high = [one for one in pieces if one.sides[2] > LOW]

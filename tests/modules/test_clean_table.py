@@ -546,6 +546,20 @@ def test_the_mast_verifies_a_clean_table_with_its_sponge_and_nothing_else() -> N
 
 # What fell on the floor.
 
+
+def test_a_sponge_is_missing_only_if_all_of_the_table_is_seen_and_the_hand_is_empty() -> None:
+    watched = Watched("clean_table", "see_table", {**PLACES, "holding": False})
+    arm = Top(0.5, 0.1, 0.5, (0.1, 0.1), (90, 90, 90))
+    foam = SPONGE._replace(half=(0.02, 0.015))
+    found = [
+        watched.see(time, draw(OVERHEAD, tops, time=time)).get("sponge_missing")
+        for time, tops in enumerate([[SPONGE], [], [arm], [foam]])
+    ]
+    assert found == [False, True, None, None]
+    watched.readings["holding"] = True
+    assert watched.see(9.0, draw(OVERHEAD, [], time=9.0))["sponge_missing"] is False
+
+
 LOST = {"area_position": (0.5, -1.2, 0.0), "base_position": (0.0, -1.2, 0.0)}
 FLOOR = -0.30
 """Height of the scene's floor, m."""
