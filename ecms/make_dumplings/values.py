@@ -201,9 +201,16 @@ def remaining_values(bench: Bench) -> Values:
     usable = len(bench.fillings) - len(far_fillings) - len(tight_fillings) + hidden
     wrappers = len(near) - len(useless) - len(tight)
     needed = bench.count - len(bench.settled)
+    enough = {
+        "wrappers_suffice": wrappers + int(bench.may_hold_wrapper) >= needed,
+        "fillings_suffice": usable + int(bench.is_held) >= needed,
+    }
+    # What no picture shows may be where none shows the bench.
+    are_lost = {"wrappers_suffice": bool(lost), "fillings_suffice": bench.hidden > hidden}
+    is_hidden = bench.hidden_place is not None
     values: Values = {
-        "wrappers_suffice": (wrappers + int(bench.may_hold_wrapper) >= needed,),
-        "fillings_suffice": (usable + int(bench.is_held) >= needed,),
+        **{name: (one,) for name, one in enough.items() if one or not (is_hidden and are_lost[name])},
+        "bench_hidden": (is_hidden,),
         "wrappers_lost": (len(lost),),
         "wrappers_out_of_reach": (len(far),),
         "wrappers_shut": (sum(one.is_shut and not one.is_too_large for one in useless),),
@@ -214,6 +221,8 @@ def remaining_values(bench: Bench) -> Values:
         "fillings_out_of_reach": (len(far_fillings),),
         "fillings_without_room": (len(tight_fillings),),
     }
+    if bench.hidden_place is not None:
+        values["hidden_place"] = (bench.hidden_place, UNCERTAINTY)
     for one in (*tight, *useless, *far, *lost):
         values["wrapper_last_seen"] = (one.wrapper.hinge, UNCERTAINTY)
     return values

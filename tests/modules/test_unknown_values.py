@@ -77,6 +77,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "push_end": (0.45, -0.2, 0.012),
     "push_yaw": 0.0,
     "pot_place": (0.55, 0.33, 0.055),
+    "hidden_place": (0.6, -0.34, 0.0),
     "wrapper_last_seen": (0.41, -0.07, 0.063),
     "wrappers_lost": 0,
     "wrappers_out_of_reach": 0,
