@@ -52,6 +52,7 @@ from .sponge import (
     is_at_rest,
     is_of_sponge,
     is_overturned,
+    is_rest_taken,
     is_yellow,
     middle_of_sponge,
 )
@@ -152,6 +153,7 @@ def see_table(view: View) -> Perception:
                 clutter = Clutter(clutter.most, 0.0, clutter.smallest, clutter.places, clutter.is_missing)
             if "sponge_rest_position" in readings:
                 rest = raise_place(readings["sponge_rest_position"], -area[2])
+                values["rest_taken"] = is_rest_taken(points[other], shown, rest)
                 is_back = is_at_rest(None if sponge is None else middle_of_sponge(sponge), shown, rest)
                 heap = is_heaped(points, opening) & ~is_hand(points, readings.get("tool_position"))
                 is_full = int(heap.sum()) >= MIN_PIXELS

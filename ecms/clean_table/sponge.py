@@ -46,6 +46,9 @@ SPONGE_RADIUS = 0.08
 SPONGE_MARGIN = 0.012
 """Margin around the foam of a sponge that lies flat, m: depth and edges are a pixel off."""
 
+REST_HALF = 0.06
+"""Half the edge of the square around its rest that has to be free for it and for the fingers, m."""
+
 RETURNED_WITHIN = 0.03
 """Greatest distance of the sponge from its rest at which it counts as returned, m."""
 
@@ -89,6 +92,24 @@ def is_at_rest(middle: Place | None, shown: Points, rest: Place) -> bool | None:
     if middle is not None:
         return dist(middle, rest) < RETURNED_WITHIN
     around = ((-RETURNED_WITHIN, -RETURNED_WITHIN), (RETURNED_WITHIN, RETURNED_WITHIN))
+    return False if is_all_shown(shown, rest, around, []) else None
+
+
+def is_rest_taken(others: Points, shown: Points, rest: Place) -> bool | None:
+    """Return True if something else stands where the sponge, and the fingers around it, belong.
+
+    Args:
+        others: points (n, 3) of what is on the table, but for the sponge, m.
+        shown: points (n, 3) that show what is on the table at their place, m.
+        rest: where the foam's middle belongs, m.
+
+    Returns:
+        None if none of it is seen, and not all of that place is shown.
+    """
+    off = np.abs(others[:, :2] - np.array(rest[:2])).max(axis=1, initial=0.0)
+    if int((off < REST_HALF).sum()) >= MIN_PIXELS:
+        return True
+    around = ((-REST_HALF, -REST_HALF), (REST_HALF, REST_HALF))
     return False if is_all_shown(shown, rest, around, []) else None
 
 

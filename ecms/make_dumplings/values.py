@@ -205,11 +205,10 @@ def remaining_values(bench: Bench) -> Values:
         "wrappers_suffice": wrappers + int(bench.may_hold_wrapper) >= needed,
         "fillings_suffice": usable + int(bench.is_held) >= needed,
     }
-    # What no picture shows may be where none shows the bench.
-    are_lost = {"wrappers_suffice": bool(lost), "fillings_suffice": bench.hidden > hidden}
+    # What is missed, or was never seen, may be where pictures do not show the bench.
     is_hidden = bench.hidden_place is not None
     values: Values = {
-        **{name: (one,) for name, one in enough.items() if one or not (is_hidden and are_lost[name])},
+        **{name: (one,) for name, one in enough.items() if one or not is_hidden},
         "bench_hidden": (is_hidden,),
         "wrappers_lost": (len(lost),),
         "wrappers_out_of_reach": (len(far),),

@@ -560,6 +560,17 @@ def test_a_sponge_is_missing_only_if_all_of_the_table_is_seen_and_the_hand_is_em
     assert watched.see(9.0, draw(OVERHEAD, [], time=9.0))["sponge_missing"] is False
 
 
+def test_a_rest_is_taken_if_something_else_stands_where_the_sponge_belongs() -> None:
+    away = SPONGE._replace(x=0.55, y=0.0)
+    box = Top(REST[0] + 0.02, REST[1] - 0.01, 0.06, (0.045, 0.045), BLUE)
+    arm = Top(REST[0], REST[1], 0.35, (0.25, 0.25), (90, 90, 90))
+    found = [
+        seen(*tops)["rest_taken"]
+        for tops in ([SPONGE], [away], [away, box], [away, box._replace(y=0.2)], [arm])
+    ]
+    assert found == [False, False, True, False, None]
+
+
 LOST = {"area_position": (0.5, -1.2, 0.0), "base_position": (0.0, -1.2, 0.0)}
 FLOOR = -0.30
 """Height of the scene's floor, m."""

@@ -493,7 +493,8 @@ def test_a_wrapper_that_is_missed_may_be_behind_a_high_box(seed: int) -> None:
         ((seen_once,), place, (True,)),
         ((replace(seen_once, unseen=2),), place, None),
         ((replace(seen_once, unseen=2),), None, (False,)),
-        ((), place, (False,)),  # nothing is missed
+        ((), place, None),
+        ((), None, (False,)),
     ):
         values = remaining_values(KnownBench(pieces=pieces, hidden_place=hidden))
         assert values.get("wrappers_suffice") == suffice
