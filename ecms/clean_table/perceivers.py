@@ -49,6 +49,7 @@ from .sponge import (
     SPONGE_RADIUS,
     find_on_sponge,
     find_sponge,
+    find_spot,
     is_at_rest,
     is_of_sponge,
     is_overturned,
@@ -154,6 +155,12 @@ def see_table(view: View) -> Perception:
             if "sponge_rest_position" in readings:
                 rest = raise_place(readings["sponge_rest_position"], -area[2])
                 values["rest_taken"] = is_rest_taken(points[other], shown, rest)
+                standing = is_standing(points) & ~is_hand(points, readings.get("tool_position"))
+                if sponge is not None:
+                    standing &= ~is_of_sponge(points, *sponge)
+                spot = find_spot(points[standing], shown, area, rest) if values["rest_taken"] else None
+                if spot is not None:
+                    values["sponge_spot"] = estimate(raise_place(spot, top), UNCERTAINTY)
                 is_back = is_at_rest(None if sponge is None else middle_of_sponge(sponge), shown, rest)
                 heap = is_heaped(points, opening) & ~is_hand(points, readings.get("tool_position"))
                 is_full = int(heap.sum()) >= MIN_PIXELS

@@ -386,13 +386,12 @@ def _lift_sponge(observed: Observation, pace: float, height: float) -> Task:
 def _return_sponge(observed: Observation, pace: float) -> Task:
     """Set the held sponge down on its rest, let go and rise.
 
-    Where something else stands there, it is set down amid the area to wipe, if that is clear.
+    Where something else stands there, it is set down beside the area to wipe, where a picture shows room.
     """
     observed = yield from _sense(observed, "sponge_rest_position")
     x, y, z = _lifted(observed, "sponge_rest_position")
-    if observed.get("rest_taken") is True and observed.get("wiping_area_clear") is True:
-        x, y, top = _lifted(observed, "area_position")
-        z = top + FOAM_HALF_HEIGHT
+    if observed.get("rest_taken") is True and "sponge_spot" in observed:
+        x, y, z = observed["sponge_spot"]
     place = (x, y, z + SPONGE_GRASP + 0.001)
     return (yield from first_allowed(observed, _put(place, 0.0, pace), _put(place, pi, pace)))
 

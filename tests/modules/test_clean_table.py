@@ -569,6 +569,12 @@ def test_a_rest_is_taken_if_something_else_stands_where_the_sponge_belongs() -> 
         for tops in ([SPONGE], [away], [away, box], [away, box._replace(y=0.2)], [arm])
     ]
     assert found == [False, False, True, False, None]
+    spot = seen(away, box)["sponge_spot"]
+    assert abs(spot[1] - box.y) > box.half[1] + 0.06 or abs(spot[0] - box.x) > box.half[0] + 0.06
+    assert abs(spot[1]) > 0.15 + 0.05, "beside the area"
+    assert spot[2] == pytest.approx(REST[2], abs=0.004)
+    assert dist(spot, REST) < 0.2
+    assert "sponge_spot" not in seen(away)
 
 
 LOST = {"area_position": (0.5, -1.2, 0.0), "base_position": (0.0, -1.2, 0.0)}

@@ -41,6 +41,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "bin_position": (0.45, -0.5, 0.085),
     "sponge_position": (0.5, 0.25, 0.015),
     "sponge_top": 0.06,
+    "sponge_spot": (0.45, 0.22, 0.015),
     "sponge_yaw": 0.0,
     "clutter_position": (0.4, -0.25, 0.02),
     "clutter_yaw": 0.3,
