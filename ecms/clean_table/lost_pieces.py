@@ -27,8 +27,8 @@ class Clutter(NamedTuple):
     """All clutter: volumes of it that were seen, m³, and where pieces were.
 
     `most` is the greatest volume that two pictures in a row have shown, `last` that of the last picture, or
-    0, and `smallest` the smallest piece's. `places` are those of the last picture that showed loose pieces; once
-    a piece has vanished, where it may have been.
+    0, and `smallest` the smallest piece's. `places` are those of the last picture that showed loose pieces;
+    once a piece has vanished, where it may have been.
     `is_missing` if a piece has vanished; None if one picture alone says so.
     """
 
