@@ -22,8 +22,28 @@ from aeros.experiments.architecture import (
 )
 from aeros.runtime.ports import EndedStep, Readings, Runtime, StepHandle, StepRequest, StepResult
 from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.model.ecm import Skill, owner_of
+from aeros.spec.model.site import Site
+
+
+def is_goal_measured(goal: t.Term, site: Site, readings: Readings, now: float) -> bool:
+    """Evaluate a goal for the harness.
+
+    No object that an architecture has is asked: an entry may have changed its context, or its calls may be
+    used up.
+
+    Args:
+        goal: the task's goal.
+        site: declares the variables.
+        readings: of the plant itself.
+        now: plant time, s.
+
+    Returns:
+        True if the goal holds in the measured state.
+    """
+    return world_from_readings(site.state, readings, now).truth_by_known_values(goal) is True
 
 
 class CountingRuntime:
@@ -169,15 +189,6 @@ class TrialContextImpl:
     def is_goal_reached(self) -> bool:
         """Implement `TrialContext.is_goal_reached`."""
         return self.world().truth_by_known_values(self._routed.task.goal) is True
-
-    def is_goal_measured(self) -> bool:
-        """Evaluate the goal for the harness, even where the architecture has used up its calls.
-
-        Returns:
-            True if the goal holds in the measured state.
-        """
-        self._asked = 0
-        return self.is_goal_reached()
 
     def plan(self) -> tuple[PlanStep, ...]:
         """Implement `TrialContext.plan`."""

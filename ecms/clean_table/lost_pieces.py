@@ -1,6 +1,6 @@
 """Count of all clutter by volume, so that a piece that vanishes is missed."""
 
-from math import inf
+from math import dist, inf
 from typing import Any, NamedTuple
 
 from aeros.perception import Points, estimate, heap_volume
@@ -19,11 +19,16 @@ LEAST_LACK = 0.2
 """The same as a share of all clutter, so that a speck that was once seen is not missed."""
 
 
+MOVED = 0.03
+"""Distance from all pieces of a picture beyond which a piece of an earlier one is not among them, m."""
+
+
 class Clutter(NamedTuple):
     """All clutter: volumes of it that were seen, m³, and where pieces were.
 
     `most` is the greatest volume that two pictures in a row have shown, `last` that of the last picture, or
-    0, and `smallest` the smallest piece's. `places` are those of the last picture that showed loose pieces.
+    0, and `smallest` the smallest piece's. `places` are those of the last picture that showed loose pieces;
+    once a piece has vanished, where it may have been.
     `is_missing` if a piece has vanished; None if one picture alone says so.
     """
 
@@ -48,6 +53,10 @@ def count_clutter(before: Clutter, loose: list[Piece], inside: Points, table: fl
     is_less: bool | None = smallest < inf and now < most - lack
     if is_less and before.is_missing is False:
         is_less = None
+    if is_less is not False:
+        # It was where no piece is now; later pictures show only the others.
+        gone = tuple(one for one in before.places if all(dist(one, other) > MOVED for other in places))
+        places = gone or before.places
     return Clutter(most, now, 0.0 if smallest == inf else smallest, places or before.places, is_less)
 
 

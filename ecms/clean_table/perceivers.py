@@ -6,7 +6,7 @@ levelled first. An object lies on its largest face: the rectangle of least area 
 its middle and heading, as its sides are straight.
 """
 
-from math import dist, pi
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -45,13 +45,15 @@ from .places import (
     reaches,
 )
 from .sponge import (
-    RETURNED_WITHIN,
     SPONGE_HEIGHT,
     SPONGE_RADIUS,
     find_on_sponge,
     find_sponge,
+    find_spot,
+    is_at_rest,
     is_of_sponge,
     is_overturned,
+    is_rest_taken,
     is_yellow,
     middle_of_sponge,
 )
@@ -81,7 +83,7 @@ def see_table(view: View) -> Perception:
         rgb = picture.rgb.astype(np.float64)
         sponge = find_sponge(points, rgb)
         values: dict[str, Any] = {"sponge_seen": sponge is not None, **camera_values(hand)}
-        values["sponge_overturned"] = sponge is not None and is_overturned(points, *sponge)
+        values["sponge_overturned"] = None if sponge is None else is_overturned(points, *sponge)
         if table is not None:
             values["table_lift"] = estimate(table - area[2], UNCERTAINTY)
         top = area[2] if table is None else table
@@ -108,7 +110,7 @@ def see_table(view: View) -> Perception:
                 one for one in find_pieces(points, erode(other), other) if not is_in_bin(one.place, opening)
             ]
             laid = []
-            values["sponge_covered"] = False
+            values["sponge_covered"] = None
             if sponge is not None:
                 on_it, base = find_on_sponge(points, *sponge)
                 on_it &= ~is_hand(points, readings.get("tool_position"))
@@ -134,6 +136,15 @@ def see_table(view: View) -> Perception:
             values |= choose_piece(loose, around, area, region, top)
             # A piece can have gone from one half to the other, so all of the table counts.
             is_all_seen = covered and is_all_shown(shown, area, COVERED, surroundings)
+            foam = (
+                is_yellow(rgb)
+                & is_standing(points)
+                & in_rectangle(points, *corners_in_world(area, INSPECTED))
+            )
+            if sponge is not None or readings.get("holding") is True:
+                values["sponge_missing"] = False
+            elif readings.get("holding") is False and is_all_seen and int(foam.sum()) < MIN_PIXELS:
+                values["sponge_missing"] = True
             if is_all_seen and sponge is not None and readings.get("holding") is False:
                 inside = points[is_bin(points, opening, -BIN_EDGE) & is_standing(points)]
                 high = [one for one in pieces if one.sides[2] > LOW]
@@ -143,12 +154,19 @@ def see_table(view: View) -> Perception:
                 clutter = Clutter(clutter.most, 0.0, clutter.smallest, clutter.places, clutter.is_missing)
             if "sponge_rest_position" in readings:
                 rest = raise_place(readings["sponge_rest_position"], -area[2])
-                is_back = sponge is not None and dist(middle_of_sponge(sponge), rest) < RETURNED_WITHIN
+                values["rest_taken"] = is_rest_taken(points[other], shown, rest)
+                standing = is_standing(points) & ~is_hand(points, readings.get("tool_position"))
+                if sponge is not None:
+                    standing &= ~is_of_sponge(points, *sponge)
+                spot = find_spot(points[standing], shown, area, rest) if values["rest_taken"] else None
+                if spot is not None:
+                    values["sponge_spot"] = estimate(raise_place(spot, top), UNCERTAINTY)
+                is_back = is_at_rest(None if sponge is None else middle_of_sponge(sponge), shown, rest)
                 heap = is_heaped(points, opening) & ~is_hand(points, readings.get("tool_position"))
                 is_full = int(heap.sum()) >= MIN_PIXELS
-                is_tidy = not loose and is_back and clutter.is_missing is not True and not is_full
-                is_known = covered and clutter.is_missing is not None
-                values["table_organized"] = is_tidy if is_known or not is_tidy else None
+                is_known = covered and clutter.is_missing is not None and is_back is not None
+                is_untidy = bool(loose) or is_back is False or clutter.is_missing is True or is_full
+                values["table_organized"] = False if is_untidy else (True if is_known else None)
         view = yield values
 
 
@@ -191,9 +209,15 @@ def see_floor(view: View) -> Perception:
             fallen.pop("sponge", None)
         if readings.get("clutter_missing") is not True:
             fallen.pop("piece", None)
+        # What the table has is not on the floor; else only a picture of it there says where it is.
+        is_elsewhere = {
+            "sponge": readings.get("sponge_seen") is True,
+            "piece": readings.get("clutter_missing") is False,
+        }
         values: dict[str, Any] = {}
         for thing in ("sponge", "piece"):
-            values[f"{thing}_on_floor"] = thing in fallen
+            if thing in fallen or is_elsewhere[thing]:
+                values[f"{thing}_on_floor"] = thing in fallen
             if thing in fallen:
                 values[f"{thing}_floor_position"] = estimate(fallen[thing], UNCERTAINTY)
         view = yield values
@@ -202,29 +226,30 @@ def see_floor(view: View) -> Perception:
 def _is_clean(points: Points, rgb: Points, places: tuple[Place, Place, Place], region: str) -> bool | None:
     """Judge a picture whose heights count from the table.
 
-    It is None if all that the picture shows of the region is clean, and that is not all of it.
+    It is None if all that the picture shows of the region and of the sponge's rest is as it should be, and
+    that is not all of it.
     """
     area, opening, rest = places
     inspected = in_rectangle(points, *corners_in_world(area, INSPECTED))
     standing = inspected & is_standing(points)
     foam = points[standing & is_yellow(rgb) & ~is_bin(points, opening, BIN_MARGIN)]
-    if len(foam) < MIN_PIXELS:
-        return False
-    face = top_points(foam)
-    u, v = ((face[:, :2].min(axis=0) + face[:, :2].max(axis=0)) / 2.0).tolist()
-    sponge = (u, v, float(np.median(face[:, 2])) - SPONGE_HEIGHT / 2.0)
-    is_of_sponge = np.hypot(points[:, :, 0] - u, points[:, :, 1] - v) <= SPONGE_RADIUS
-    free = inspected & ~is_bin(points, opening, BIN_MARGIN) & ~is_of_sponge
+    known, free = [bin_surroundings(opening)], inspected & ~is_bin(points, opening, BIN_MARGIN)
+    sponge = None
+    if len(foam) >= MIN_PIXELS:
+        face = top_points(foam)
+        u, v = ((face[:, :2].min(axis=0) + face[:, :2].max(axis=0)) / 2.0).tolist()
+        sponge = (u, v, float(np.median(face[:, 2])) - SPONGE_HEIGHT / 2.0)
+        free &= np.hypot(points[:, :, 0] - u, points[:, :, 1] - v) > SPONGE_RADIUS
+        known.append(((u - SPONGE_RADIUS, v - SPONGE_RADIUS), (u + SPONGE_RADIUS, v + SPONGE_RADIUS)))
     low, _ = find_low_things(points, rgb, free, area)
     in_region = in_rectangle(points, *corners_in_world(area, part_of(INSPECTED, region)))
     other = free & standing & in_region
     other |= is_heaped(points, opening)
     is_empty = int(other.sum()) < MIN_PIXELS and not (low & in_region).any()
-    is_back = dist(sponge, rest) < RETURNED_WITHIN
-    wiped = is_wiped(*clean_share(points, rgb, area, region))
-    if not (is_empty and is_back) or wiped is False:
-        return False
-    around = ((u - SPONGE_RADIUS, v - SPONGE_RADIUS), (u + SPONGE_RADIUS, v + SPONGE_RADIUS))
     shown = points[is_on_table(points)]
-    is_covered = is_all_shown(shown, area, part_of(COVERED, region), [bin_surroundings(opening), around])
-    return wiped if is_covered else None
+    is_back = is_at_rest(sponge, shown, rest)
+    wiped = is_wiped(*clean_share(points, rgb, area, region))
+    if not is_empty or is_back is False or wiped is False:
+        return False
+    is_covered = is_all_shown(shown, area, part_of(COVERED, region), known)
+    return wiped if is_covered and is_back else None

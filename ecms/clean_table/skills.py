@@ -237,7 +237,8 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
         observed = yield from _overlook(observed, pace)
         if _is_clutter_seen(observed) and dist(observed["clutter_position"], place) < UNMOVED:
             break
-    if _is_sponge_usable(observed) and not _sponge_at_rest(observed):
+    is_rest_free = observed.get("rest_taken") is not True
+    if is_rest_free and _is_sponge_usable(observed) and not _sponge_at_rest(observed):
         observed = yield from _take_sponge(observed, pace)
         if observed["holding"]:
             observed = yield from _return_sponge(observed, pace)
@@ -383,9 +384,14 @@ def _lift_sponge(observed: Observation, pace: float, height: float) -> Task:
 
 
 def _return_sponge(observed: Observation, pace: float) -> Task:
-    """Set the held sponge down on its rest, let go and rise."""
+    """Set the held sponge down on its rest, let go and rise.
+
+    Where something else stands there, it is set down beside the area to wipe, where a picture shows room.
+    """
     observed = yield from _sense(observed, "sponge_rest_position")
     x, y, z = _lifted(observed, "sponge_rest_position")
+    if observed.get("rest_taken") is True and "sponge_spot" in observed:
+        x, y, z = observed["sponge_spot"]
     place = (x, y, z + SPONGE_GRASP + 0.001)
     return (yield from first_allowed(observed, _put(place, 0.0, pace), _put(place, pi, pace)))
 

@@ -1,12 +1,12 @@
 """The sponge in a picture: found by colour and size, and how it lies."""
 
-from math import cos, sin
+from math import cos, dist, sin
 
 import numpy as np
 
 from aeros.perception import Mask, Points, Rectangle, has_red_ratios, min_area_rectangle, separate_parts
 
-from .places import FLAT, MIN_PIXELS, Place, is_standing
+from .places import FLAT, MIN_PIXELS, Place, is_all_shown, is_standing
 
 FOAM_TOPS = (FLAT, 0.12)
 """Height range of the sponge's foam, m, however it lies."""
@@ -46,6 +46,21 @@ SPONGE_RADIUS = 0.08
 SPONGE_MARGIN = 0.012
 """Margin around the foam of a sponge that lies flat, m: depth and edges are a pixel off."""
 
+REST_HALF = 0.06
+"""Half the edge of the square around its rest that has to be free for it and for the fingers, m."""
+
+SPOTS = (
+    tuple(-0.10 + 0.04 * step for step in range(7)),
+    (*(-0.26 - 0.04 * step for step in range(5)), *(0.26 + 0.04 * step for step in range(5))),
+)
+"""Places along x and y, from the middle of the area, where it may lie meanwhile, m: beside the area."""
+
+SPOT_ROOM = 0.015
+"""Distance of other things from such a place, m."""
+
+HAND_FROM, HAND_HALF = 0.07, (0.05, 0.12)
+"""Height from which a thing is in the way of the hand over it, and half the hand's length and width, m."""
+
 RETURNED_WITHIN = 0.03
 """Greatest distance of the sponge from its rest at which it counts as returned, m."""
 
@@ -76,6 +91,59 @@ def middle_of_sponge(sponge: tuple[Rectangle, float]) -> Place:
     """Return the foam's middle: half-way up on the table, else as far below its top as when it lies flat."""
     face, top = sponge
     return (face.x, face.y, top / 2.0 if top < OVERTURNED_FROM else top - SPONGE_HEIGHT / 2.0)
+
+
+def is_at_rest(middle: Place | None, shown: Points, rest: Place) -> bool | None:
+    """Return True if the sponge is at its rest; None if neither it nor a free rest is seen.
+
+    Args:
+        middle: of the foam, m; None if it is not seen.
+        shown: points (n, 3) that show what is on the table at their place, m.
+        rest: where the foam's middle belongs, m.
+    """
+    if middle is not None:
+        return dist(middle, rest) < RETURNED_WITHIN
+    around = ((-RETURNED_WITHIN, -RETURNED_WITHIN), (RETURNED_WITHIN, RETURNED_WITHIN))
+    return False if is_all_shown(shown, rest, around, []) else None
+
+
+def is_rest_taken(others: Points, shown: Points, rest: Place) -> bool | None:
+    """Return True if something else stands where the sponge, and the fingers around it, belong.
+
+    Args:
+        others: points (n, 3) of what is on the table, but for the sponge, m.
+        shown: points (n, 3) that show what is on the table at their place, m.
+        rest: where the foam's middle belongs, m.
+
+    Returns:
+        None if none of it is seen, and not all of that place is shown.
+    """
+    off = np.abs(others[:, :2] - np.array(rest[:2])).max(axis=1, initial=0.0)
+    if int((off < REST_HALF).sum()) >= MIN_PIXELS:
+        return True
+    around = ((-REST_HALF, -REST_HALF), (REST_HALF, REST_HALF))
+    return False if is_all_shown(shown, rest, around, []) else None
+
+
+def find_spot(others: Points, shown: Points, area: Place, rest: Place) -> Place | None:
+    """Return the place nearest to its rest where the sponge can be set down meanwhile; None if none is seen.
+
+    Args:
+        others: points (n, 3) of what stands on the table, but for the sponge, m.
+        shown: points (n, 3) that show what is on the table at their place, m.
+        area: middle of the area to wipe, m: the sponge lies beside it.
+        rest: where the foam's middle belongs, m.
+    """
+    x, y, _ = area
+    spots = [(x + dx, y + dy, rest[2]) for dx in SPOTS[0] for dy in SPOTS[1]]
+    around = ((-REST_HALF, -REST_HALF), (REST_HALF, REST_HALF))
+    for spot in sorted(spots, key=lambda one: dist(one, rest)):
+        off = np.abs(others[:, :2] - np.array(spot[:2]))
+        is_low = off.max(axis=1, initial=0.0) < REST_HALF + SPOT_ROOM
+        is_high = (others[:, 2] > HAND_FROM) & (off[:, 0] < HAND_HALF[0]) & (off[:, 1] < HAND_HALF[1])
+        if not (is_low | is_high).any() and is_all_shown(shown, spot, around, []):
+            return spot
+    return None
 
 
 def is_overturned(points: Points, face: Rectangle, top: float) -> bool:

@@ -501,8 +501,10 @@ def _look(
             values["stand_lift"] = (believe_height(height, surveyed, UNNOTICED) - surveyed, UNCERTAINTY)
         others = points[~mask & _is_off_robot(points, given)]
         values |= _room_to_put(others, kind, (x, y, height), given)
+        is_empty = _shows_all_spots(others, kind, (x, y, height), given)
+        values["object_delivered"] = (False,) if is_empty else None
     if int(mask.sum()) < MIN_PIXELS:
-        return values | {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
+        return values | {"object_seen": (False,)}
     found, support = _locate(points[mask], points[~mask], kind)
     if support is not None and is_mast:
         height = kind.lying_height if found.is_lying else kind.height
@@ -535,8 +537,12 @@ def _look(
     if belongs is not None:
         dx, dy, _ = (a - b for a, b in zip(found.position, belongs, strict=True))
         nearest = min(max(dy, min(_offsets(given))), max(_offsets(given)))
-        stands_there = support is not None and abs(support - belongs[2]) < STAND_WITHIN
-        values["object_delivered"] = (stands_there and hypot(dx, dy - nearest) < DELIVERED_WITHIN,)
+        if hypot(dx, dy - nearest) >= DELIVERED_WITHIN:
+            values["object_delivered"] = (False,)
+        else:
+            # It may be held over its place, as long as nothing around it shows what it stands on.
+            stands_there = None if support is None else (abs(support - belongs[2]) < STAND_WITHIN,)
+            values["object_delivered"] = stands_there
     return values
 
 
@@ -585,6 +591,20 @@ def _room_to_put(
                 "delivery_taken": (False,),
             }
     return {**unknown, "delivery_taken": (True,)}
+
+
+def _shows_all_spots(points: Points, kind: Kind, middle: Place, given: Mapping[str, Any]) -> bool:
+    """Return True if points (n, 3), none of which is the object's, show each spot where it may stand.
+
+    Args:
+        points: of the picture, without the object and the robot, m.
+        kind: of the object.
+        middle: of the stand's top, as high as the picture shows it.
+        given: readings.
+    """
+    x, y, z = middle
+    top = points[np.abs(points[:, 2] - z) < ON_STAND]
+    return all(_shows_spot(top, (x, y + offset, z), kind.sides[0]) for offset in _offsets(given))
 
 
 def _shows_spot(points: Points, spot: Place, half: float) -> bool:

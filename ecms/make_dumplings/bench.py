@@ -31,6 +31,8 @@ class Bench:
         settled: middles of the cooked dumplings in the pot.
         most_fillings: the largest number of fillings that was seen, those in cooked dumplings included.
         is_shown: the last picture shows the bench itself.
+        hidden_place: middle of the largest part of it that this picture does not show, as behind a high box;
+            None if each part is too small for a wrapper.
         lift: height of the bench, surveyed as 0.
         work: number of the wrapper that is worked on.
         fillings: those that the last picture shows.
@@ -48,6 +50,7 @@ class Bench:
     settled: tuple[Place, ...] = ()
     most_fillings: int = 0
     is_shown: bool = False
+    hidden_place: Place | None = None
     lift: float = 0.0
     work: int | None = None
     fillings: tuple[Filling, ...] = ()

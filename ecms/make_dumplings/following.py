@@ -8,7 +8,7 @@ from aeros.perception import Picture, View
 from .bench import Bench
 from .choice import chosen_wrapper
 from .measures import FILLING_GAP, GAP_WITHIN, MAX_HEIGHT, OVER_BENCH, Place
-from .pictures import level_points, look_from_above, shows_filling
+from .pictures import find_hidden_place, level_points, look_from_above, shows_filling
 from .wrappers import MOST_PRESSES, Piece, Wrapper
 
 COOKING_TIME = 5.0
@@ -76,6 +76,7 @@ def seen_from_above(bench: Bench, picture: Picture, press: Place | None, pot: Pl
     bench = replace(
         bench,
         is_shown=seen_lift is not None,
+        hidden_place=find_hidden_place(points, lift),
         lift=lift,
         press=_raised(press, lift),
         pot=_raised(pot, lift),

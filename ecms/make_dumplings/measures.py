@@ -58,5 +58,11 @@ OVER_BENCH = 0.006
 WRAPPER_HALF, FILLING_HALF = (0.043, 0.028), (0.011, 0.011)
 """Half the length and width of an open wrapper around its hinge, and of the filling, m."""
 
+LOOKED_OVER = ((0.32, -0.38), (0.66, 0.42))
+"""Lowest and highest corner (x, y) of the bench where wrappers and fillings may be for the hand, m."""
+
+HIDING_CELL, HIDING_CELLS = 0.02, 4
+"""Edge of a cell of it that a picture shows or not, m, and the number of cells that can hide a wrapper."""
+
 LOWEST = 0.012
 """Height of the lowest grasp, m."""

@@ -35,9 +35,14 @@ UNSEEN = (
     "blocker_is_filling",
     "aside_place",
     "pot_place",
+    "pot_covered",
     "push_start",
     "push_end",
     "push_yaw",
+    "wrappers_suffice",
+    "fillings_suffice",
+    "bench_hidden",
+    "hidden_place",
     "dough_on_workspace",
     "filling_on_workspace",
     "wrapper_aligned",
@@ -74,22 +79,24 @@ def see_dumpling(view: View) -> Perception:
             if name == "side":
                 bench = seen_from_side(bench, picture)
                 piece = bench.in_work
-                known["dumpling_wrapped"] = estimate(
-                    piece is not None and piece.is_wrapped, time=picture.time
-                )
-                if piece is not None and piece.is_shut:
+                if piece is None:
+                    continue
+                known["dumpling_wrapped"] = estimate(piece.is_wrapped, time=picture.time)
+                if piece.is_shut:
                     known |= {one: estimate(False, time=picture.time) for one in EMPTY}
                 continue
             press, pot = (view.readings.get(one) for one in ("press_position", "pot_position"))
             cooked = len(bench.settled)
-            bench = seen_from_above(bench, picture, press, pot)
+            shown = seen_from_above(bench, picture, press, pot)
             known |= dict.fromkeys(UNSEEN)
+            if not shown.is_shown:
+                continue  # a picture without the bench tells nothing of what is there
+            bench = shown
             found = values_of(bench) | {
                 "dumpling_cooked": (bool(bench.settled),),
                 "dumplings_cooked": (len(bench.settled),),
             }
-            if bench.is_shown:
-                found["bench_lift"] = (bench.lift, UNCERTAINTY)
+            found["bench_lift"] = (bench.lift, UNCERTAINTY)
             if bench.work is None and bench.pieces:
                 found["dumpling_wrapped"] = (False,)  # a dumpling that two pictures miss is none to work with
             if bench.work is None and len(bench.settled) > cooked:

@@ -19,6 +19,7 @@ from aeros.perception import (
     has_red_ratios,
     level_ground,
     min_area_rectangle,
+    seen_cells,
     separate_parts,
     smooth_colours,
     upper_points,
@@ -28,7 +29,10 @@ from aeros.perception import (
 from .measures import (
     CLOSED_HEIGHT,
     FILLING_HEIGHT,
+    HIDING_CELL,
+    HIDING_CELLS,
     HINGE_TO_PLATE,
+    LOOKED_OVER,
     MAX_HEIGHT,
     MIN_PATCH,
     MIN_PIXELS,
@@ -116,6 +120,26 @@ def level_points(picture: Picture) -> tuple[Points, float | None]:
         return points, None
     height = believe_height(level.height, 0.0, UNNOTICED)
     return level.points + np.array((0.0, 0.0, height - level.height)), height
+
+
+def find_hidden_place(points: Points, lift: float) -> Place | None:
+    """Return the middle of the largest part of the bench that a picture does not show.
+
+    It is None if each part is too small for a wrapper.
+
+    Args:
+        points: of the level picture from above (h, w, 3), m.
+        lift: height of the bench, m.
+    """
+    (left, near), (right, far) = LOOKED_OVER
+    is_low = (points[:, :, 2] > lift - NEAR_BENCH) & (points[:, :, 2] < MAX_HEIGHT)
+    seen = seen_cells(points[is_low], *LOOKED_OVER, HIDING_CELL)
+    parts = sorted(separate_parts(~seen, HIDING_CELLS), key=np.count_nonzero)
+    if not parts:
+        return None
+    x, y = np.argwhere(parts[-1]).mean(axis=0) + 0.5
+    columns, rows = seen.shape
+    return (float(left + x / columns * (right - left)), float(near + y / rows * (far - near)), lift)
 
 
 class Shown(NamedTuple):

@@ -226,10 +226,15 @@ def wrap(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def boil(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Carry the dumpling to the pot, drop it in and let it cook, between two looks at it."""
+    """Carry the dumpling to the pot, drop it in and let it cook, between two looks at it.
+
+    Where something lies over the pot, the dumpling stays where it is.
+    """
     pace = inputs["hand_speed"]
     observed = yield from _open_press(observed, pace)
     observed = yield from _look(observed, pace)
+    if observed.get("pot_covered") is True:
+        return
     if not (_holds_wrapper(observed) or _are_known(observed, WRAPPER)):
         return
     if _holds_wrapper(observed) or not _is_in_pot(observed):

@@ -4,7 +4,7 @@ from math import dist, pi
 
 import numpy as np
 
-from aeros.perception import wrap_heading
+from aeros.perception import Points, wrap_heading
 
 from .bench import Bench
 from .choice import filling_in_work
@@ -48,6 +48,12 @@ BED = ((-0.05, 0.05), 0.03)
 ASIDES = (tuple(0.38 + 0.04 * step for step in range(6)), tuple(-0.30 + 0.04 * step for step in range(16)))
 """Places along x and y on the bench where things that are in the way may be put, m."""
 
+OVER_POT = 0.02
+"""Height over the pot's opening from which something lies over it, m: a dumpling on its edge is lower."""
+
+AROUND_DUMPLING = 0.05
+"""Radius around the middle of a dumpling that belongs to it, m: one may lie on the pot's edge."""
+
 ASIDE_HEIGHT, SPARE = 0.02, 0.012
 """Height of the tool there, and free space around the largest thing, m."""
 
@@ -75,9 +81,7 @@ def place_values(bench: Bench) -> Values:
         values["filling_has_room"] = (bool(headings),)
         values["filling_yaw"] = (next(iter(headings), filling.yaw), ANGLE_UNCERTAINTY)
         values["filling_free_across"] = (len(headings) > 1,)
-    free = pot_place(bench)
-    if free is not None:
-        values["pot_place"] = (free, UNCERTAINTY)
+    values |= pot_values(bench)
     besides = [one for one in bench.pieces if one is not piece and not one.unseen]
     if besides:
         values["other_wrapper_position"] = (besides[0].wrapper.grip, UNCERTAINTY)
@@ -153,23 +157,31 @@ def aside_place(bench: Bench) -> Place | None:
     return None
 
 
-def pot_place(bench: Bench) -> Place | None:
-    """Return the place over the pot with the least in its way, beside the dumplings that are there."""
+def pot_values(bench: Bench) -> Values:
+    """Return the place over the pot with the least in its way, beside the dumplings that are there.
+
+    There is no such place where something lies over the pot, as a lid, wherever a dumpling is let go.
+    """
     if bench.pot is None:
-        return None
+        return {}
     x, y, z = bench.pot
     aside = (-0.038, 0.040) if bench.count > 1 else (0.0, 0.045)
     first = aside[min(len(bench.settled), 1)]
     low = bench.surroundings[bench.surroundings[:, 2] > z - POT_DEPTH + OVER_BENCH]
 
-    def crowd(place: Place) -> int:
-        along, across = in_frame(low, place, 0.0)
+    def crowd(points: Points, place: Place) -> int:
+        along, across = in_frame(points, place, 0.0)
         half = (PLATE_HALF[0] + OUTLINE, OPEN_HAND[1].wide[1])
         crowded = (np.abs(along) < half[0]) & (np.abs(across) < half[1])
         return max(int(crowded.sum()) - MIN_PIXELS, 0)  # fewer are noise
 
     places = [(x + dx, y + dy, z) for dx in (first, 0.0, -0.045, 0.045) for dy in (0.0, 0.035, -0.035)]
-    return min(places, key=crowd)
+    over = low[low[:, 2] > z + OVER_POT]
+    for one in bench.pieces:
+        over = over[np.hypot(*(over[:, :2] - np.array(one.wrapper.middle[:2])).T) > AROUND_DUMPLING]
+    free = [one for one in places if crowd(over, one) == 0]
+    best = min(free or places, key=lambda one: crowd(low, one))
+    return {"pot_place": (best, UNCERTAINTY), "pot_covered": (not free,)}
 
 
 def remaining_values(bench: Bench) -> Values:
@@ -189,9 +201,15 @@ def remaining_values(bench: Bench) -> Values:
     usable = len(bench.fillings) - len(far_fillings) - len(tight_fillings) + hidden
     wrappers = len(near) - len(useless) - len(tight)
     needed = bench.count - len(bench.settled)
+    enough = {
+        "wrappers_suffice": wrappers + int(bench.may_hold_wrapper) >= needed,
+        "fillings_suffice": usable + int(bench.is_held) >= needed,
+    }
+    # What is missed, or was never seen, may be where pictures do not show the bench.
+    is_hidden = bench.hidden_place is not None
     values: Values = {
-        "wrappers_suffice": (wrappers + int(bench.may_hold_wrapper) >= needed,),
-        "fillings_suffice": (usable + int(bench.is_held) >= needed,),
+        **{name: (one,) for name, one in enough.items() if one or not is_hidden},
+        "bench_hidden": (is_hidden,),
         "wrappers_lost": (len(lost),),
         "wrappers_out_of_reach": (len(far),),
         "wrappers_shut": (sum(one.is_shut and not one.is_too_large for one in useless),),
@@ -202,6 +220,8 @@ def remaining_values(bench: Bench) -> Values:
         "fillings_out_of_reach": (len(far_fillings),),
         "fillings_without_room": (len(tight_fillings),),
     }
+    if bench.hidden_place is not None:
+        values["hidden_place"] = (bench.hidden_place, UNCERTAINTY)
     for one in (*tight, *useless, *far, *lost):
         values["wrapper_last_seen"] = (one.wrapper.hinge, UNCERTAINTY)
     return values

@@ -18,13 +18,13 @@ NOTHING_FOUND = {
     "wiping_area_clear": True,
     "sponge_seen": False,
     "sponge_overturned": False,
-    "sponge_on_floor": False,
-    "piece_on_floor": False,
+    "sponge_missing": False,
+    "clutter_missing": False,
     "clutter_ungraspable": False,
 }
-SPONGE_FOUND: dict[str, Any] = {"sponge_on_floor": True, "sponge_floor_position": (0.13, -2.17, -0.3)}
+SPONGE_FOUND: dict[str, Any] = {"sponge_missing": True, "sponge_floor_position": (0.13, -2.17, -0.3)}
 UNGRASPABLE: dict[str, Any] = {"clutter_ungraspable": True, "clutter_ungraspable_position": (0.6, -1.2, 0.06)}
-PIECE_FOUND: dict[str, Any] = {"piece_on_floor": True, "piece_floor_position": (0.2, -2.0, -0.3)}
+PIECE_FOUND: dict[str, Any] = {"clutter_missing": True, "piece_floor_position": (0.2, -2.0, -0.3)}
 
 
 def assess(skill: str, status: StepStatus = StepStatus.FINISHED, **measured: Any) -> StepAssessment:
@@ -44,14 +44,19 @@ def assess(skill: str, status: StepStatus = StepStatus.FINISHED, **measured: Any
 @pytest.mark.parametrize("skill", ["wipe", "organize", "recover"])
 def test_a_sponge_on_the_floor_ends_the_skill_with_its_place(skill: str) -> None:
     found = assess(skill, **SPONGE_FOUND)
-    assert (found.outcome, found.failed, found.is_verdict) == ("fallen", True, True)
-    assert found.reason == "out of reach: the sponge lies on the floor at (0.13, -2.17, -0.30) m"
+    assert (found.outcome, found.failed, found.is_verdict) == ("missing", True, True)
+    assert found.reason.startswith("out of reach: the sponge is neither on the table,")
+    assert found.reason.endswith("where pictures show it on the floor: (0.13, -2.17, -0.30) m")
+    found = assess(skill, sponge_missing=True)
+    assert found.is_verdict
+    assert found.reason.endswith("where pictures show it on the floor: unknown")
 
 
 def test_a_piece_on_the_floor_ends_organizing_with_its_place() -> None:
     found = assess("organize", **PIECE_FOUND)
-    assert (found.outcome, found.is_verdict) == ("piece_fallen", True)
-    assert found.reason == "out of reach: a piece of clutter lies on the floor at (0.20, -2, -0.30) m"
+    assert (found.outcome, found.is_verdict) == ("piece_missing", True)
+    assert "where it was last seen: unknown; " in found.reason
+    assert found.reason.endswith("where pictures show it on the floor: (0.20, -2, -0.30) m")
 
 
 def test_a_table_on_which_all_clutter_fits_no_hand_ends_organizing_with_its_place() -> None:
@@ -63,13 +68,13 @@ def test_a_table_on_which_all_clutter_fits_no_hand_ends_organizing_with_its_plac
 @pytest.mark.parametrize(
     ("skill", "outcome"), [("wipe", "streaky"), ("organize", "left_over"), ("recover", "lost")]
 )
-def test_a_floor_on_which_nothing_is_seen_gives_no_verdict(skill: str, outcome: str) -> None:
+def test_a_table_that_lacks_nothing_gives_no_verdict(skill: str, outcome: str) -> None:
     found = assess(skill)
     assert (found.outcome, found.failed, found.is_verdict) == (outcome, True, False)
 
 
-def test_a_floor_that_no_picture_shows_gives_no_verdict() -> None:
-    found = assess("wipe", sponge_on_floor=None)
+def test_a_table_of_which_pictures_do_not_show_all_gives_no_verdict() -> None:
+    found = assess("wipe", sponge_missing=None)
     assert (found.failed, found.is_verdict) == (True, False)
 
 

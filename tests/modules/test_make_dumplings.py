@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, dist, pi, sin
 from typing import Any
 
@@ -16,9 +17,15 @@ from ecms.make_dumplings.bench import Bench as KnownBench
 from ecms.make_dumplings.hand import has_room
 from ecms.make_dumplings.measures import CLOSED_HEIGHT, HINGE_TO_PLATE, PLATE_HALF
 from ecms.make_dumplings.perceivers import UNSEEN
-from ecms.make_dumplings.pictures import level_points, look_from_above, shows_filling, square_heading
+from ecms.make_dumplings.pictures import (
+    find_hidden_place,
+    level_points,
+    look_from_above,
+    shows_filling,
+    square_heading,
+)
 from ecms.make_dumplings.room import with_rim
-from ecms.make_dumplings.values import remaining_values
+from ecms.make_dumplings.values import pot_values, remaining_values
 from ecms.make_dumplings.wrappers import Piece, Wrapper, is_in_pot, is_near
 from tests.modules.looking import Put, Top, Watched, as_picture, draw
 
@@ -321,6 +328,9 @@ def test_a_picture_without_a_wrapper_says_nothing_of_it() -> None:
                 "press_free",
                 "pot_",
                 "aside",
+                "bench_hidden",
+                "wrappers_suffice",  # a wrapper is lost once two pictures miss it
+                "fillings_suffice",
             )
         ):
             assert found[name] is None
@@ -435,12 +445,60 @@ def test_neither_grip_nor_push_leads_through_the_side_of_the_pot() -> None:
         assert has_room(rim, (x, y - away, z - 0.02), pi / 2.0) is is_free
 
 
+@pytest.mark.parametrize(
+    ("lid", "height", "is_covered"),
+    [
+        ((0.20, 0.21), 0.095, True),  # a box on the pot
+        ((0.20, 0.21), 0.065, False),  # the pot's own edges, and a dumpling that leans at them
+        ((0.07, 0.21), 0.095, False),  # it leaves room for a dumpling beside it
+        ((0.0, 0.0), 0.095, False),
+    ],
+)
+def test_a_pot_is_covered_if_no_dumpling_can_be_let_go_over_it(
+    lid: tuple[float, float], height: float, *, is_covered: bool
+) -> None:
+    x, y = (np.arange(-half / 2.0, half / 2.0, 0.003) for half in lid)
+    u, v = np.meshgrid(POT[0] + 0.03 * (lid[0] < 0.1) + x, POT[1] + y)
+    points = np.stack((u.ravel(), v.ravel(), np.full(u.size, height)), axis=1)
+    found = pot_values(KnownBench(pot=POT, surroundings=points))
+    assert found["pot_covered"] == (is_covered,)
+    wrapper = Wrapper((POT[0] - HINGE_TO_PLATE, POT[1], height), 0.0, pi)
+    small = points[np.hypot(points[:, 0] - POT[0], points[:, 1] - POT[1]) < 0.05]
+    on_edge = KnownBench(pot=POT, surroundings=small, pieces=(Piece(wrapper),))
+    assert pot_values(on_edge)["pot_covered"] == (False,)
+
+
 def test_each_value_has_the_time_of_the_picture_that_shows_it() -> None:
     bench = closed_dumpling()
     times = {name: one.time for name, one in bench.watched.answer.items() if one is not None}
     assert times.pop("dumpling_wrapped") == 2.0
     assert set(times.values()) == {1.0}
     assert isinstance(bench.watched.pictures["side"], Picture)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_wrapper_that_is_missed_may_be_behind_a_high_box(seed: int) -> None:
+    picture = Put("dumpling_bench", seed).look("overhead")
+    points, lift = level_points(picture)
+    assert lift is not None
+    assert find_hidden_place(points, lift) is None, "stands, press and pot hide no wrapper"
+    x, y = 0.6, -0.3
+    hides = (np.abs(points[:, :, 0] - x) < 0.04) & (np.abs(points[:, :, 1] - y) < 0.04)
+    points[hides, 2] = 0.3
+    place = find_hidden_place(points, lift)
+    assert place is not None
+    assert dist(place[:2], (x, y)) < 0.02
+    seen_once = Piece(CLOSED, looks=3)
+    for pieces, hidden, suffice in (
+        ((seen_once,), place, (True,)),
+        ((replace(seen_once, unseen=2),), place, None),
+        ((replace(seen_once, unseen=2),), None, (False,)),
+        ((), place, None),
+        ((), None, (False,)),
+    ):
+        values = remaining_values(KnownBench(pieces=pieces, hidden_place=hidden))
+        assert values.get("wrappers_suffice") == suffice
+        assert values["bench_hidden"] == (hidden is not None,)
 
 
 # Two dumplings.

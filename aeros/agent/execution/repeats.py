@@ -31,8 +31,11 @@ LOOK_AGAIN_PAUSE_S: Final = 10.0
 SECOND_LOOK_PAUSE_S: Final = 2.0
 """Time that passes between a verdict and the try that confirms it, in plant seconds."""
 
-SAME_PLACE: Final = 0.1
-"""Greatest difference of a joint between two stops at the same place, rad: some centimetres at the hand."""
+SAME_PLACE: Final = 0.25
+"""Greatest difference of a joint between two stops at the same place, rad: 10 to 20 cm at the hand.
+
+A skill that goes to another place beside the first one meets the same obstacle there.
+"""
 
 _NOT_STARTED: Final = "not started"
 

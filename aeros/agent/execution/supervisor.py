@@ -6,6 +6,7 @@ skill did what was assumed in its proofs. All functions are pure.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -156,8 +157,14 @@ def assess_step(
 
 
 def _filled_in(verdict: str, world: WorldModel) -> str:
-    """Put measured values into a verdict, in SI units."""
-    return VERDICT_VALUE.sub(lambda name: _short_text(to_json_value(world.known.get(name[1]))), verdict)
+    """Put measured values into a verdict, in SI units; one that is unknown has no unit."""
+
+    def fill(field: re.Match[str]) -> str:
+        name, _, unit = field[1].partition(" ")
+        text = _short_text(to_json_value(world.known.get(name)))
+        return f"{text} {unit}" if unit and name in world.known else text
+
+    return VERDICT_VALUE.sub(fill, verdict)
 
 
 def _short_text(value: Any) -> str:

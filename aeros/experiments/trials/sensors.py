@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from aeros.experiments.architecture import build_architecture
 from aeros.experiments.condition import TrialCondition
 from aeros.experiments.inputs import TrialInputs
-from aeros.experiments.trial_context import CountingRuntime, TrialContextImpl
+from aeros.experiments.trial_context import CountingRuntime, TrialContextImpl, is_goal_measured
 from aeros.experiments.trial_kinds import Findings, Trial, scratch_folder
 from aeros.experiments.trials.truth import REST_SPEED, InvariantReferee, RefereedPlant, site_constant
 from aeros.runtime.ports import EndedStep, Plant, Runtime, StepStatus
@@ -68,7 +68,9 @@ class BadSensorTrials:
                         counting = _SensorCounters(executor)
                         context = TrialContextImpl(counting, routed, seed)
                         report = build_architecture("aeros", {}).pursue(context)
-                        found = {"reached": context.is_goal_measured(), **report.findings()}
+                        now = executor.now()
+                        reached = is_goal_measured(routed.task.goal, site, executor.observe(), now)
+                        found = {"reached": reached, **report.findings()}
                         found |= {"simulated_s": plant.now(), **counting.findings(), **longest.findings()}
                 return {**found, "processor_s": time.process_time() - began}
 

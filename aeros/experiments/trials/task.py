@@ -41,7 +41,7 @@ from aeros.experiments.inputs import TrialInputs
 from aeros.experiments.open_gate import OpenGate, without_policy
 from aeros.experiments.plant_cache import LivePlant, PlantTrace, PlantTraceCache, ReplayingRuntime
 from aeros.experiments.random_stream import OutcomeRandomStream, RandomStream, SeedRandomStream
-from aeros.experiments.trial_context import CountingRuntime, TrialContextImpl
+from aeros.experiments.trial_context import CountingRuntime, TrialContextImpl, is_goal_measured
 from aeros.experiments.trial_kinds import (
     EQUIVALENT_INTERVAL,
     INDEPENDENT_PREFIX,
@@ -80,6 +80,7 @@ class TaskTrials:
         """
         settings = condition.settings
         routed = premises.routed(settings["task"])
+        goal = routed.task.goal
         configuration, gate = premises.configuration, premises.gate
         if not settings["policy"]:
             configuration = without_policy(configuration)
@@ -110,8 +111,9 @@ class TaskTrials:
                     counting = CountingRuntime(runtime, watched, judge_by_measurement=judged, budget=budget)
                     found = _run_architecture(counting, routed, settings, seed)
                 state, took = runtime.state, time.process_time() - began
+                found["reached"] = is_goal_measured(goal, configuration.site, state.readings, state.now)
                 judgement = judge_goal(
-                    routed.task.goal,
+                    goal,
                     found["reached"],
                     state.truth,
                     routed.module,
@@ -292,7 +294,6 @@ def _run_architecture(
         raised = f"{type(error).__name__}: {error}"
         counted = ArchitectureReport(reason=raised).findings()
     found = {
-        "reached": context.is_goal_measured(),
         **counted,
         "raised": raised,
         "steps": counting.steps,

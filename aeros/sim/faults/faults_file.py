@@ -359,7 +359,8 @@ def _quantity(
     value = elaborate_quantity(text, dimension, diagnostics)
     if value is None:
         return None
-    if least <= value <= most:
+    # A bound is the decimal number that it is written as: no double is 0.01, and 10 mm is inside of it.
+    if Fraction(str(least)) <= value <= Fraction(str(most)):
         return float(value)
     help_ = (f"write a value from {least:g} to {most:g} {dimension}",)
     diagnostics.error("AE111", f"`{text.value}` is outside its bounds", text.span, help=help_)

@@ -75,7 +75,7 @@ def elaborate_verdict(text: TextField, site: Site, diagnostics: Diagnostics) -> 
         diagnostics: receives the faults.
 
     Returns:
-        The text with full names in the braces, and SI units after them.
+        The text with the full name and the SI unit of each in the braces.
     """
 
     def full_name(name: re.Match[str]) -> str:
@@ -84,7 +84,7 @@ def elaborate_verdict(text: TextField, site: Site, diagnostics: Diagnostics) -> 
             return ""
         type_ = variable.variable.type
         unit = str(type_.dimension) if isinstance(type_, RealType | VectorType) else ""
-        return f"{{{variable.name}}} {unit}" if unit not in ("", str(NUMBER)) else f"{{{variable.name}}}"
+        return f"{{{variable.name} {unit}}}" if unit not in ("", str(NUMBER)) else f"{{{variable.name}}}"
 
     return VERDICT_VALUE.sub(full_name, text.value)
 

@@ -49,7 +49,7 @@ def test_a_stop_repeats_at_the_same_place_however_it_is_felt() -> None:
         return failures.count(STEP, StepStatus.STOPPED, (cause,), STATE, joints)
 
     assert stop(force, 0.5, -1.0) == 1
-    assert stop(torque, 0.55, -1.05) == 2
+    assert stop(torque, 0.66, -0.8) == 2  # 4.5 cm away, at the other side of a pot
     assert stop(force, 0.5, -0.5) == 1
     assert stop(torque, 0.52, -1.0) == 3
     resumed = RepeatedFailures()

@@ -38,10 +38,10 @@ def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.Captur
     assert main(["predict", CLEAN, *certain, "--max-replans", "0"]) == Exit.SUCCESS
     assert capsys.readouterr().out.splitlines() == [
         "clean_table.clean_table at panda_cell, at most 0 re-plans",
-        "from clean_table.clutter_on_table = true, clean_table.clutter_ungraspable = false, "
+        "from clean_table.clutter_missing = false, "
+        "clean_table.clutter_on_table = true, clean_table.clutter_ungraspable = false, "
         "clean_table.overhead_off = false, "
-        "clean_table.piece_on_floor = false, "
-        "clean_table.robot_at_table = true, clean_table.sponge_on_floor = false, "
+        "clean_table.robot_at_table = true, clean_table.sponge_missing = false, "
         "clean_table.sponge_overturned = false, "
         "clean_table.sponge_seen = true, "
         "clean_table.table_organized = false, clean_table.table_verified = false, "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from random import Random
 
 from aeros.agent.planning.task_graph import PlanStep
@@ -54,6 +55,23 @@ class Raising:
 
     def pursue(self, context: TrialContext) -> ArchitectureReport:
         raise ZeroDivisionError("mine")
+
+
+class Boastful:
+    """Does nothing, and makes its context say that all is true."""
+
+    def pursue(self, context: TrialContext) -> ArchitectureReport:
+        world = context.world()
+        truths = {name: True if value is False else value for name, value in world.known.items()}
+        for name, value in {
+            "world": lambda: replace(world, known=truths),
+            "is_goal_reached": lambda: True,
+            "is_goal_measured": lambda: True,
+        }.items():
+            setattr(context, name, value)
+        setattr(context.runtime, "observe", lambda: dict.fromkeys(world.known, (True, 0.0)))  # noqa: B010
+        assert context.is_goal_reached()
+        return ArchitectureReport()
 
 
 class NoArchitecture:

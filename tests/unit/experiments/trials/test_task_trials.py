@@ -129,6 +129,11 @@ def test_an_architecture_that_raises_or_does_not_end_has_failed(name: str, why: 
     assert why in found["reason"]
 
 
+def test_an_architecture_that_only_claims_success_has_none() -> None:
+    (found,) = trials(range(1), architecture="tests.unit.experiments.support.entered:Boastful")
+    assert (found["reached"], found["steps"], found["raised"]) == (False, 0, "")
+
+
 @pytest.mark.parametrize("budget", [{"tries": 1}, {"seconds": 20.0}])
 def test_a_budget_ends_the_trial_and_its_findings_say_so(budget: dict[str, float]) -> None:
     changed = {"architecture": "aeros", "rate": "1", "budget": budget}

@@ -210,6 +210,12 @@ def test_a_box_that_is_put_down_has_edges_a_place_and_a_mass() -> None:
     assert fault.kind == BoxFault((0.08, 0.06, 0.25), (0.4, -0.1, 0.02), mass=5.0)
 
 
+def test_the_least_and_the_greatest_edge_of_a_box_may_be_written() -> None:
+    (fault,) = parse_faults(Source("faults.yaml", one(rest=PUT.replace("8 cm, 6 cm", "10 mm, 2 m"))), AROUND)
+    assert isinstance(fault.kind, BoxFault)
+    assert fault.kind.box[:2] == (0.01, 2.0)
+
+
 @pytest.mark.parametrize(
     ("part", "other", "code"),
     [
