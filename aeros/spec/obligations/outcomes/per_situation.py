@@ -58,7 +58,7 @@ def obligation_per_situation(
         found = _claim_in(situation, trace, claim, state, skills)
         if found.conclusion == t.TRUE:
             continue
-        if found.conclusion == t.FALSE and not situation.path_condition:
+        if found.conclusion == t.FALSE and not situation.known:
             yield found
             return
         asked.setdefault((found.space.assumptions, found.conclusion), found)
@@ -76,7 +76,7 @@ def _claim_in(
     skills: Mapping[str, Sequence[Skill]],
 ) -> Obligation:
     """Express a claim in one situation as an obligation about the state at the start."""
-    assumed = tuple(sorted(situation.path_condition, key=repr))
+    assumed = tuple(sorted(situation.known, key=repr))
     values = dict(situation.assignment)
     named = (name for name in t.variables_of(claim.conclusion) if name in values)
     then = [f"then {name} = {str(values[name]).lower()}" for name in named]
