@@ -513,7 +513,8 @@ THEOREM = Theorem(
             "decided-beside",
             GATE,
             "        if decision.action is None:\n            return decision\n        reasons",
-            "        if decision.kind is not DecisionKind.ALLOW:\n            return decision\n        reasons",
+            "        if decision.kind is not DecisionKind.ALLOW:\n            return decision\n        "
+            "reasons",
         ),
         Mutant(
             "asks-nothing-of-what-was-reduced",

@@ -386,8 +386,8 @@ THEOREM = Theorem(
             "decided",
             PIPELINE,
             "return PipelineDecision(decision, active_action, plan, is_protective_stop, causes)",
-            "return PipelineDecision(\n            decision, active_action, plan and self._plant.plan(decision.action), "
-            "is_protective_stop, causes\n        )",
+            "return PipelineDecision(decision, active_action, plan and self._plant.plan(decision.action),"
+            " is_protective_stop, causes)",
         ),
         Mutant(
             "returns-what-the-gate-decided-alone",

@@ -1,5 +1,5 @@
-; After `QuotaUsageCounter.set_quotas`, a quota that was there before, equal in every part, counts on;
-; any other begins with nothing. The clock goes on.
+; After `QuotaUsageCounter.set_quotas`, a quota that was there before, equal in every part,
+; counts on; any other begins with nothing. The clock goes on.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Use 0)) (((use (kept Int) (first-of Real) (second-of Real) (latest-of Real)) (refused))))

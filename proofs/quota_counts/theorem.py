@@ -200,8 +200,8 @@ def _changed(code: ModuleSource) -> TheoremObligation:
         return _state(SimpleNamespace(_times={"q": times}, _latest=other._latest))
 
     return TheoremObligation(
-        "After `QuotaUsageCounter.set_quotas`, a quota that was there before, equal in every part, counts on;\n"
-        "any other begins with nothing. The clock goes on.",
+        "After `QuotaUsageCounter.set_quotas`, a quota that was there before, equal in every part,\n"
+        "counts on; any other begins with nothing. The clock goes on.",
         (*_USAGE_SORT, *(f"(declare-const {name} Bool)" for name in _CHANGED_QUOTAS)),
         "(and (not (= after refused)) (= (latest-of after) (latest-of before))"
         f" (ite (or {' '.join(_CHANGED_QUOTAS)}) (= (kept after) 0)"
