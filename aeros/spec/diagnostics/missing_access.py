@@ -1,4 +1,4 @@
-"""Missing permissions told once: all uses of one sensor, actuator or action that is not permitted have one cure.
+"""Missing permissions told once: uses of one sensor, actuator or action that is not permitted have one cure.
 
 The error is at the first use, and the others are marked.
 """
@@ -12,7 +12,7 @@ from typing import Final
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 
 _CURE: Final = "`permissions."
-"""Start of the name of the field to change, in the help of an error about the permissions of a whole module."""
+"""Start of the name of the field to change, in the help of an error about a whole module."""
 _CODES: Final = ("AE401", "AE402", "AE405")
 _MAX_USES: Final = 5  # that are marked
 
