@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 from aeros.spec.backends.oracle import Oracle
@@ -330,7 +331,7 @@ class _Proposals:
                 continue
             bound = re.compile(rf"(?<![\w.])({re.escape(word)}\s*)(<=|<|>=|>)(\s*)(\d+)(?![\w.])")
             for room in range(1, _MAX_ROOM + 1):
-                tighter = bound.sub(lambda found, room=room: _tightened(found, room), text)
+                tighter = bound.sub(partial(_tightened, room=room), text)
                 if node is not None and tighter != text:
                     yield f"precondition: {quoted(tighter)}", self.editor.replace(node, tighter)
 
