@@ -106,7 +106,8 @@ def _joint_decision_obligation(code: ModuleSource) -> TheoremObligation:
         found = [] if ask("nothing-objects") else [Reason("AE751", "rule", "")]
         decider._joint = SimpleNamespace(objections=lambda *_: iter(found))
         action = Action("a", {}) if ask("forwarded") else None
-        given = Decision(DecisionKind.ALLOW if action else DecisionKind.DENY, action, ())
+        kind = DecisionKind.ATTENUATE if ask("attenuated") else DecisionKind.ALLOW
+        given = Decision(kind if action else DecisionKind.DENY, action, ())
         decided = decider.decide_jointly(given, {}, 0.0, [])
         if decided.action is None:
             return "deny" if decided.kind is DecisionKind.DENY else "wrong"
@@ -119,6 +120,7 @@ def _joint_decision_obligation(code: ModuleSource) -> TheoremObligation:
             "(declare-datatypes ((Beside 0)) (((same) (deny) (wrong))))",
             "(declare-const nothing-objects Bool)",
             "(declare-const forwarded Bool)",
+            "(declare-const attenuated Bool)",
         ),
         "(= decided (ite (and forwarded nothing-objects) same deny))",
         tables=(SymbolicFunction("decided", "Beside", execute_symbolically(run)),),
@@ -128,7 +130,8 @@ def _joint_decision_obligation(code: ModuleSource) -> TheoremObligation:
 def _active_motion_obligation(code: ModuleSource) -> TheoremObligation:
     """With the gate, the motions and what is measured put aside; each is explored elsewhere."""
     deciding = code.module(DECISION_PIPELINE, concurrent_motions=lambda *_: (), denial_causes=lambda *_: ())
-    allowed = Decision(DecisionKind.ALLOW, Action("a", {}), ())
+    action = Action("a", {})
+    allowed, reduced = (Decision(kind, action, ()) for kind in (DecisionKind.ALLOW, DecisionKind.ATTENUATE))
     denied = Decision(DecisionKind.DENY, None, (Reason("AE751", "rule", ""),))
 
     def run(ask: DecideBranch) -> str:
@@ -152,7 +155,8 @@ def _active_motion_obligation(code: ModuleSource) -> TheoremObligation:
         one._encoder = SimpleNamespace(encode=lambda made: made)
         one._audit = SimpleNamespace(append=append)
         one._gate = SimpleNamespace(decide_jointly=decide_jointly)
-        one._decide_alone = lambda *_: (allowed if ask("obeys-alone") else denied, {})
+        forwarded = reduced if ask("is-attenuated") else allowed
+        one._decide_alone = lambda *_: (forwarded if ask("obeys-alone") else denied, {})
         one._decide_motion = decide_motion
         one._is_protective = lambda gated: gated.action is not None and ask("is-protective")
         others = [
@@ -182,7 +186,7 @@ def _active_motion_obligation(code: ModuleSource) -> TheoremObligation:
         " which ends the others.",
         (
             "(declare-datatypes ((Begins 0)) (((begins) (ends-others) (nothing) (wrong))))",
-            *(f"(declare-const {name} Bool)" for name in names),
+            *(f"(declare-const {name} Bool)" for name in (*names, "is-attenuated")),
             *(f"(declare-const {name}.is-halting Bool)" for name in _OTHERS),
         ),
         "(= found (ite (and is-protective obeys-alone motion-obeys) ends-others"
@@ -503,6 +507,21 @@ THEOREM = Theorem(
             GATE,
             "if reasons else decision\n",
             "if not reasons else decision\n",
+        ),
+        Mutant(
+            "forwards-what-was-reduced-without-joint-rules",
+            "decided-beside",
+            GATE,
+            "        if decision.action is None:\n            return decision\n        reasons",
+            "        if decision.kind is not DecisionKind.ALLOW:\n            return decision\n        "
+            "reasons",
+        ),
+        Mutant(
+            "asks-nothing-of-what-was-reduced",
+            "under-way",
+            DECISION_PIPELINE,
+            "            if others:\n                gated = self._gate",
+            "            if others and gated.kind is DecisionKind.ALLOW:\n                gated = self._gate",
         ),
         Mutant(
             "overlooks-what-comes-to-rest",

@@ -8,6 +8,7 @@
 (declare-const is-protective Bool)
 (declare-const obeys.first Bool)
 (declare-const obeys.second Bool)
+(declare-const is-attenuated Bool)
 (declare-const first.is-halting Bool)
 (declare-const second.is-halting Bool)
 (define-fun found.0 () Begins (ite motion-obeys ends-others nothing))

@@ -24,7 +24,7 @@ STEP: Final = "aeros.runtime.execution.step"
 
 _ASKED: Final = Action("asked", {})
 _REDUCED: Final = Action("reduced", {})
-_PLAN: Final = SimpleNamespace(body="body")
+_PLAN: Final = SimpleNamespace(body="body")  # the motion that was decided, where the action begins
 _TERMS: Final = {id(_ASKED): "asked", id(_REDUCED): "reduced"}
 _OTHER: Final = SimpleNamespace(active_action=ActiveAction(_REDUCED, {}, 0.0, 3), plan=None, is_halting=False)
 _NUMBER: Final = 7
@@ -60,6 +60,8 @@ class _Pipeline:
         self.latest: Decision | None = None  # the decision of the last layer that was asked
         self.recorded: list[Any] = []
         self.observed = False
+        self.plan: Any = None  # the motion that the plant planned last; it never plans the same twice
+        self.decided_plan: Any = None
         self.module = code.module(
             PIPELINE,
             DecisionRecord=lambda *parts: parts,
@@ -124,12 +126,14 @@ class _Pipeline:
 
     def _planned(self, action: Any) -> Any:
         self.expect(self.latest is not None and action is self.latest.action, "another action is planned")
-        return _PLAN
+        self.plan = SimpleNamespace(body="body")
+        return self.plan
 
     def _decide_motion(
         self, decision: Any, plan: Any, readings: Any, companions: Any, obstacles: Any
     ) -> Decision:
-        self.expect(decision is self.latest and plan is _PLAN, "another motion is decided")
+        self.expect(decision is self.latest and plan is self.plan, "another motion is decided")
+        self.decided_plan = plan
         self.expect(self._is_measured(readings), "the motion is decided on other readings")
         expected = ("companion",) if self.ask("others") and not self._stops(decision) else ()
         self.expect(tuple(companions) == expected, "the motions under way are left out")
@@ -158,7 +162,9 @@ class _Pipeline:
             action, readings, now, number = astuple_of(decided.active_action)
             self.expect(self._is_measured(readings) and now is self.now, "it is watched from another moment")
             self.expect(number == _NUMBER, "it is known by the number of another record")
-            self.expect(decided.plan is (_PLAN if self.ask("covered") else None), "another plan is returned")
+            is_planned = self.decided_plan is not None
+            self.expect(is_planned is self.ask("covered"), "a motion is not decided")
+            self.expect(decided.plan is self.decided_plan, "another plan is returned")
             self.expect(decided.is_protective_stop is self.ask("stops"), "a stop is not known as one")
             result = f"(forwarded {_TERMS.get(id(action), 'other-act')})"
         return "wrong" if self.faults else result
@@ -374,6 +380,14 @@ THEOREM = Theorem(
             PIPELINE,
             "plan, obstacles = self._plant.plan(action), known_obstacles(self._plant)",
             "plan, obstacles = self._plant.plan(None), known_obstacles(self._plant)",
+        ),
+        Mutant(
+            "returns-a-motion-that-is-planned-again",
+            "decided",
+            PIPELINE,
+            "return PipelineDecision(decision, active_action, plan, is_protective_stop, causes)",
+            "return PipelineDecision(decision, active_action, plan and self._plant.plan(decision.action),"
+            " is_protective_stop, causes)",
         ),
         Mutant(
             "returns-what-the-gate-decided-alone",

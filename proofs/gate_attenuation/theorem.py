@@ -69,7 +69,7 @@ def _attenuated_is_smaller(code: ModuleSource) -> TheoremObligation:
         evaluate=evaluate,
         nearest_double_in_range=nearest_double_in_range,
         type=lambda _: float,
-        float=float,
+        float=lambda value: value,
         Fraction=lambda value: value,
     )
 
@@ -105,6 +105,80 @@ def _attenuated_is_smaller(code: ModuleSource) -> TheoremObligation:
             f"inwards.{place}": f"(<= (size (inwards {one})) (size {one}))"
             for place, one in enumerate(wanted)
         },
+    )
+
+
+_AXES = ("v.x", "v.y", "v.z")
+
+
+def _shortened_is_smaller(code: ModuleSource) -> TheoremObligation:
+    def nearest_double_in_range(
+        value: SymbolicValue, bounds: tuple[SymbolicValue, SymbolicValue]
+    ) -> SymbolicValue:
+        return SymbolicValue(smt_apply("inwards", value.term), value.ask)
+
+    def evaluate(term: str, exact: dict[str, SymbolicValue]) -> SymbolicValue:
+        return SymbolicValue(smt_apply(term, *(exact[name].term for name in _AXES)), exact["v.x"].ask)
+
+    def factor_to_length(vector: list[SymbolicValue], length: SymbolicValue) -> SymbolicValue:
+        parts = (*(part.term for part in vector), length.term)
+        return SymbolicValue(smt_apply("factor", *parts), length.ask)
+
+    attenuation = code.module(
+        ATTENUATION,
+        lower=lambda term: term,
+        evaluate=evaluate,
+        nearest_double_in_range=nearest_double_in_range,
+        factor_to_length=factor_to_length,
+        type=lambda _: float,
+        float=lambda value: value,
+        Fraction=lambda value: value,
+    )
+
+    def run(ask: DecideBranch) -> str:
+        asked = {name: SymbolicValue(name, ask) for name in _AXES}
+        rules = [
+            SimpleNamespace(attenuations={"a": {"v": rule}})
+            for rule in _RULES
+            if ask(f"{rule}.stands-in-the-way")
+        ]
+        less = attenuation.attenuate_parameters(rules, "a", {"v": tuple(asked.values())}, asked)["v"]
+        return smt_apply("vector", *(one.term for one in less)) if len(less) == len(_AXES) else "other"
+
+    declarations = [
+        "(declare-datatypes ((Vector 0)) (((vector (x-of Real) (y-of Real) (z-of Real)) (other))))",
+        "(declare-fun inwards (Real) Real)",
+        "(declare-fun factor (Real Real Real Real) Real)",
+        "(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))",
+        *(f"(declare-const {name} Real)" for name in _AXES),
+        *(f"(declare-const {rule}.stands-in-the-way Bool)" for rule in _RULES),
+        *(f"(declare-fun {rule} (Real Real Real) Real)" for rule in _RULES),
+    ]
+    # What may occur: each rule shortens what was asked for, and the second what the first has left.
+    first, second = _RULES
+    assumptions: dict[str, str] = {}
+
+    def shortened(rule: str, vector: tuple[str, ...]) -> tuple[str, ...]:
+        factor = smt_apply("factor", *vector, smt_apply(rule, *vector))
+        assumptions[f"factor.{len(assumptions)}"] = f"(<= 0 {factor} 1)"
+        scaled = [smt_apply("*", factor, part) for part in vector]
+        for part, product in zip(vector, scaled, strict=True):
+            inwards = smt_apply("inwards", product)
+            assumptions[f"inwards.{len(assumptions)}"] = f"(<= (size {inwards}) (size {product}))"
+            assumptions[f"product.{len(assumptions)}"] = (
+                f"(=> (<= 0 {factor} 1) (<= (size {product}) (size {part})))"
+            )
+        return tuple(smt_apply("inwards", product) for product in scaled)
+
+    shortened(second, _AXES)
+    shortened(second, shortened(first, _AXES))
+    claims = (f"(<= (size ({axis}-of less)) (size v.{axis}))" for axis in "xyz")
+    return TheoremObligation(
+        "`attenuate_parameters` enlarges no component of a vector, whatever lengths the rules declare.",
+        declarations,
+        f"(and (not (= less other)) {' '.join(claims)})",
+        tables=(SymbolicFunction("less", "Vector", execute_symbolically(run)),),
+        assumptions=assumptions,
     )
 
 
@@ -155,6 +229,7 @@ THEOREM = Theorem(
     {
         "allowed": _attenuated_is_allowed,
         "no-larger": _attenuated_is_smaller,
+        "no-longer": _shortened_is_smaller,
         "rounded-inwards": _rounding_is_inwards,
         "loops": _LOOPS,
     },
@@ -179,6 +254,13 @@ THEOREM = Theorem(
             ATTENUATION,
             "if size < abs(exact[name]):",
             "if size != abs(exact[name]):",
+        ),
+        Mutant(
+            "adds-what-was-scaled-to-a-vector",
+            "no-longer",
+            ATTENUATION,
+            "_towards_zero(factor * exact[axis]) for axis in axes",
+            "_towards_zero(exact[axis] + factor * exact[axis]) for axis in axes",
         ),
         Mutant(
             "rounds-to-the-nearest-double",

@@ -177,6 +177,40 @@ def _initial_obligation(code: ModuleSource) -> TheoremObligation:
     )
 
 
+# Other quotas, after the site has changed.
+
+_CHANGED_QUOTAS: Final = {
+    "other-name": Quota("other", frozenset(("a",)), 2, Fraction(1), cast("Any", None)),
+    "other-kinds": Quota("q", frozenset(("b",)), 2, Fraction(1), cast("Any", None)),
+    "other-number": Quota("q", frozenset(("a",)), 3, Fraction(1), cast("Any", None)),
+    "other-window": Quota("q", frozenset(("a",)), 2, Fraction(2), cast("Any", None)),
+}
+"""Quotas that differ from the one counted, each in one part."""
+
+
+def _changed(code: ModuleSource) -> TheoremObligation:
+    usage = _copy_usage(code)
+
+    def run(ask: DecideBranch) -> str:
+        made = _symbolic_usage(ask, usage)
+        (same,) = made._quotas
+        chosen = next((one for name, one in _CHANGED_QUOTAS.items() if ask(name)), same)
+        other = made.set_quotas((chosen,))
+        times = other._times.pop(chosen.id)
+        return _state(SimpleNamespace(_times={"q": times}, _latest=other._latest))
+
+    return TheoremObligation(
+        "After `QuotaUsageCounter.set_quotas`, a quota that was there before, equal in every part,\n"
+        "counts on; any other begins with nothing. The clock goes on.",
+        (*_USAGE_SORT, *(f"(declare-const {name} Bool)" for name in _CHANGED_QUOTAS)),
+        "(and (not (= after refused)) (= (latest-of after) (latest-of before))"
+        f" (ite (or {' '.join(_CHANGED_QUOTAS)}) (= (kept after) 0)"
+        " (and (= (kept after) (kept before)) (= (counted after later) (counted before later)))))",
+        tables=(SymbolicFunction("after", "Use", execute_symbolically(run)),),
+        assumptions=_INVARIANT,
+    )
+
+
 # Several quotas.
 
 _QUOTAS: Final = ("p", "q")
@@ -239,6 +273,7 @@ THEOREM = Theorem(
         "begins": _initial_obligation,
         "executed": _executed,
         "count": _count,
+        "changed": _changed,
         "each-quota": _each_quota,
         **{f"window-of-{name}": partial(_window, length) for name, length in time_windows.LENGTHS.items()},
         "loops": _LOOPS,
@@ -285,6 +320,13 @@ THEOREM = Theorem(
             USAGE,
             "self._times[quota.id].append(at)",
             "self._times[self._quotas[0].id].append(at)",
+        ),
+        Mutant(
+            "keeps-the-counts-of-another-quota-of-the-same-name",
+            "changed",
+            USAGE,
+            "            if quota in self._quotas:",
+            "            if quota.id in self._times:",
         ),
         Mutant(
             "counts-for-the-first-quota-only",

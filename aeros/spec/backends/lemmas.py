@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import chain, combinations, islice
 from math import isqrt
+from types import MappingProxyType
 from typing import Final
 
 from aeros.spec.expr import terms as t
@@ -24,36 +25,92 @@ _MAX_RATIO: Final = 100  # greatest numerator and denominator of a ratio of cons
 _Linear = Mapping[str, Fraction]
 """Coefficient of each scalar variable, and of `` for the constant."""
 
+Ranges = Mapping[str, tuple[Fraction, Fraction]]
+"""Lowest and highest value of scalar variables, by name."""
 
-def lemmas_for(terms: Sequence[t.Term]) -> list[t.Term]:
+_Bounds = Mapping[t.Term, Sequence[tuple[t.Term, bool, Fraction]]]
+"""By expression, conditions that bound it: each with True for a bound from below, and the bound."""
+
+
+def lemmas_for(terms: Sequence[t.Term], ranges: Ranges = MappingProxyType({})) -> list[t.Term]:
     """Write lemmas about the products and counts of a question.
 
     Args:
         terms: boolean terms of a question, without past-time operators.
+        ranges: ranges of its scalar variables; a lemma that uses one has it as its premise.
 
     Returns:
         Conditions that are true at every point, at most `MAX_LEMMAS`; none if nothing in the question calls
         for one. Their literals are bare numbers, whatever the dimensions are.
     """
     parts = [one for term in terms for one in t.walk([lower(term)])]
-    return list(islice(chain(_bound_lemmas(parts), _relating_lemmas(terms, parts)), MAX_LEMMAS))
+    return list(islice(chain(_bound_lemmas(parts), _relating_lemmas(terms, parts, ranges)), MAX_LEMMAS))
 
 
-def relating_lemmas(terms: Sequence[t.Term]) -> list[t.Term]:
+def relating_lemmas(terms: Sequence[t.Term], ranges: Ranges = MappingProxyType({})) -> list[t.Term]:
     """Write those lemmas that relate products or counts, without which a solver may search for minutes.
 
     Args:
         terms: boolean terms of a question, without past-time operators.
+        ranges: as for `lemmas_for`.
 
     Returns:
         As `lemmas_for`, but none for an absolute value or an extremum alone.
     """
     parts = [one for term in terms for one in t.walk([lower(term)])]
-    return list(islice(_relating_lemmas(terms, parts), MAX_LEMMAS))
+    return list(islice(_relating_lemmas(terms, parts, ranges), MAX_LEMMAS))
 
 
-def _relating_lemmas(terms: Sequence[t.Term], parts: Sequence[t.Term]) -> Iterator[t.Term]:
-    return chain(_count_lemmas(terms, parts), _square_lemmas(parts))
+def _relating_lemmas(terms: Sequence[t.Term], parts: Sequence[t.Term], ranges: Ranges) -> Iterator[t.Term]:
+    required = [one for term in terms for one in _conjuncts(lower(term))]
+    bounds = _bounds_in(required, parts, ranges)
+    return chain(
+        _count_lemmas(required, parts, bounds), _product_lemmas(parts, bounds), _square_lemmas(parts)
+    )
+
+
+def _bounds_in(required: Sequence[t.Term], parts: Sequence[t.Term], ranges: Ranges) -> _Bounds:
+    """Collect the conditions that bound expressions: those that are required, and the ranges of variables."""
+    bounds: dict[t.Term, list[tuple[t.Term, bool, Fraction]]] = {}
+    for one in required:
+        if (bound := _bound(one)) is not None:
+            bounded, is_lower, limit = bound
+            bounds.setdefault(bounded, []).append((one, is_lower, limit))
+    for variable in dict.fromkeys(one for one in parts if isinstance(one, t.Variable) and one.name in ranges):
+        low, high = ranges[variable.name]
+        bounds.setdefault(variable, []).extend(
+            (
+                (t.Compare("<=", _number(low), variable), True, low),
+                (t.Compare("<=", variable, _number(high)), False, high),
+            )
+        )
+    return bounds
+
+
+def _product_lemmas(parts: Sequence[t.Term], bounds: _Bounds) -> Iterator[t.Term]:
+    """Yield `a * b <= K * abs(a)` and `-(a * b) <= K * abs(a)` where `abs(a)` occurs and `abs(b) <= K`."""
+    present = {one for one in parts if isinstance(one, t.Absolute)}
+    for one in dict.fromkeys(one for one in parts if isinstance(one, t.Multiply)):
+        for part, other in ((one.left, one.right), (one.right, one.left)):
+            size = t.Absolute(part)
+            if size not in present or isinstance(other, t.Literal):
+                continue
+            for premise, limit in _size_bounds(other, bounds):
+                most = t.Multiply(_number(limit), size)
+                least = t.Multiply(_number(Fraction(-1)), one)
+                yield t.Implies(premise, t.And((t.Compare("<=", one, most), t.Compare("<=", least, most))))
+
+
+def _size_bounds(term: t.Term, bounds: _Bounds) -> Iterator[tuple[t.Term, Fraction]]:
+    """Yield conditions with the bound that each puts on the absolute value of an expression."""
+    for condition, is_lower, limit in bounds.get(t.Absolute(term), ()):
+        if not is_lower and limit > 0:
+            yield condition, limit
+    below = [one for one in bounds.get(term, ()) if one[1]]
+    above = [one for one in bounds.get(term, ()) if not one[1]]
+    for low, _, least in below:
+        for high, _, most in above:
+            yield t.And((low, high)), max(abs(least), abs(most))
 
 
 def _bound_lemmas(parts: Sequence[t.Term]) -> Iterator[t.Term]:
@@ -98,18 +155,13 @@ def _ratios(parts: Sequence[t.Term]) -> list[Fraction]:
     return sorted(simple, key=lambda one: (max(one.numerator, one.denominator), one))
 
 
-def _count_lemmas(terms: Sequence[t.Term], parts: Sequence[t.Term]) -> Iterator[t.Term]:
-    """Yield for each counted comparison `x >= c`, where `x >= k` is required, `x - k >= (c - k) * counted`.
+def _count_lemmas(required: Sequence[t.Term], parts: Sequence[t.Term], bounds: _Bounds) -> Iterator[t.Term]:
+    """Yield for each counted comparison `x >= c` what it says of x beside each bound of x.
 
+    Where `x >= k` is required, `x - k >= (c - k) * counted`; where `x <= k` is, `x - c <= (k - c) * counted`.
     And likewise for `<=`. A condition that is required to equal a comparison counts as that comparison.
     """
-    required = [one for term in terms for one in _conjuncts(lower(term))]
     equal = [one for one in required if isinstance(one, t.Compare) and one.op == "=="]
-    bounds: dict[t.Term, list[tuple[t.Term, bool, Fraction]]] = {}
-    for one in required:
-        if (bound := _bound(one)) is not None:
-            bounded, is_lower, limit = bound
-            bounds.setdefault(bounded, []).append((one, is_lower, limit))
     for counted in dict.fromkeys(one for one in parts if isinstance(one, t.Conditional) and _counts(one)):
         meanings: list[tuple[t.Term, t.Term]] = [(counted.condition, t.TRUE)]
         for one in equal:
@@ -126,6 +178,11 @@ def _count_lemmas(terms: Sequence[t.Term], parts: Sequence[t.Term]) -> Iterator[
                     share = t.Multiply(_number(abs(limit - least)), counted)
                     conclusion = t.Compare("<=", share, beyond)
                     yield t.Implies(t.And((premise, condition)), conclusion)
+                elif is_lower is not is_lower_too and (limit <= least if is_lower else least <= limit):
+                    sign = Fraction(1 if is_lower else -1)
+                    beyond = t.Multiply(_number(sign), t.Add(bounded, _number(-limit)))
+                    share = t.Multiply(_number(abs(least - limit)), counted)
+                    yield t.Implies(t.And((premise, condition)), t.Compare("<=", beyond, share))
 
 
 def _conjuncts(term: t.Term) -> Iterator[t.Term]:

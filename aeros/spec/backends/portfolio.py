@@ -56,7 +56,7 @@ def _directly(solver: IncrementalSolver, question: Question) -> SolverAnswer | N
 
 def _with_lemmas(solver: IncrementalSolver, question: Question) -> SolverAnswer | None:
     """Decide with lemmas, products multiplied out so that they meet those of the lemmas."""
-    lemmas = lemmas_for(question.terms)
+    lemmas = lemmas_for(question.terms, question.ranges)
     if not lemmas:
         return None
     return solver.check_simplified((*question.terms, *lemmas))

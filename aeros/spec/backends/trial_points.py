@@ -18,7 +18,7 @@ from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import IntegerType, RealType
 
-MAX_NUMBERS: Final = 12  # scalar variables of a question that is searched
+MAX_NUMBERS: Final = 15  # scalar variables of a question that is searched
 MAX_VALUES: Final = 12  # values of one variable
 MAX_POINTS: Final = 20_000  # under a second
 
@@ -49,11 +49,13 @@ def _is_plain_number(scalar: t.Variable) -> bool:
 
 
 def _values(conditions: Sequence[t.Term]) -> list[Fraction]:
-    """Return constants of the conditions, their rational roots and sums of two, the simplest first."""
-    simple = sorted(sizes_in(conditions), key=_complexity)[:4]
+    """Return constants of the conditions, their rational roots and sums of two, roots before others."""
+    sizes = sizes_in(conditions)
+    roots = {one for one in sizes if one * one in sizes}
+    simple = sorted(sizes, key=lambda one: (one not in roots, *_complexity(one)))[:4]
     sums = [a + b for a, b in combinations(simple, 2)]
-    sizes = list(dict.fromkeys([*simple, *sums]))[: MAX_VALUES // 2]
-    return [sign * size for size in sizes for sign in (1, -1)]
+    tried = list(dict.fromkeys([*simple, *sums]))[: MAX_VALUES // 2]
+    return [sign * size for size in tried for sign in (1, -1)]
 
 
 def _complexity(value: Fraction) -> tuple[int, Fraction]:

@@ -147,7 +147,10 @@ class Invariant:
     )
     attenuate: Named[ExpressionField] = field(
         default=MappingField(),
-        metadata={"doc": "the reduced value of a violating parameter, as in `speed: min(speed, 0.25 m/s)`"},
+        metadata={
+            "doc": "the reduced value of a violating parameter, as in `speed: min(speed, 0.25 m/s)`; of a "
+            "vector, other than a place, the length to which it is shortened, in its direction"
+        },
     )
 
 

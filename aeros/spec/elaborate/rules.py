@@ -16,7 +16,8 @@ from aeros.spec.elaborate.scopes import action_scope, joint_scope
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import Scope
-from aeros.spec.expr.types import RealType
+from aeros.spec.expr.types import RealType, VectorType
+from aeros.spec.expr.units import LENGTH
 from aeros.spec.model.rules import ActionKind, Conjunct, JointRule, Rule
 from aeros.spec.model.variables import History
 from aeros.spec.text.fields import ExpressionField, MappingField, TextField
@@ -151,12 +152,21 @@ class _RuleElaborator:
         reduced: dict[str, t.Term] = {}
         for name, expression in entries:
             parameter = kind.parameters.get(name.value)
-            if parameter is None or not isinstance(parameter.variable.type, RealType):
+            type_ = None if parameter is None else parameter.variable.type
+            if isinstance(type_, VectorType) and type_.dimension == LENGTH:
                 self._diagnostics.error(
-                    "AE122", f"`{name.value}` is not a real parameter of `{kind.name}`", name.span
+                    "AE122",
+                    f"`{name.value}` of `{kind.name}` is a place: a shorter vector is another place, "
+                    "not a smaller one",
+                    name.span,
                 )
                 continue
-            term = elaborate_expression(expression, scope, self._diagnostics, parameter.variable.type)
+            if not isinstance(type_, RealType | VectorType):
+                self._diagnostics.error(
+                    "AE122", f"`{name.value}` is not a real or vector parameter of `{kind.name}`", name.span
+                )
+                continue
+            term = elaborate_expression(expression, scope, self._diagnostics, RealType(type_.dimension))
             if term is not None:
                 reduced[name.value] = self.histories.replace_past_terms(term, expression.span)
         return reduced

@@ -9,8 +9,9 @@ Predicates (truth values and enum members) and whole numbers that outcomes set c
 alone, as in the closed loop.  A predicate with a definition that an outcome leaves at either value
 (`aeros.spec.consequences`) is forgotten then, like a measurement.
 Every other state variable may change whenever a skill runs, so nothing known about it outlives a skill: a
-guard such as `human_distance > 1 m` holds for the very next step alone.  The value that it had when it was
-decided on is kept as `human_distance@1`, so that a path that was never possible does not become possible.
+guard such as `human_distance > 1 m`, or a range that an outcome states, holds for the very next step alone.
+The value that it had when it was decided on is kept as `human_distance@1`, so that a path that was never
+possible does not become possible.
 
 Each branch of a `par` is explored by itself.  Where no branch writes what another reads or writes, which is a
 claim of its own, the interleaving changes nothing for a branch.  The part after the `par` is reached when all
@@ -68,10 +69,17 @@ class SymbolicState:
         assignment: state variables that were set on the path, with their values; an increment counts from the
             value at the start.
         path_condition: conditions on the state at the start.
+        ranges: conditions on quantities, as the outcome of the skill that ran last states them.
     """
 
     assignment: frozenset[tuple[str, Any]] = frozenset()
     path_condition: frozenset[t.Term] = frozenset()
+    ranges: frozenset[t.Term] = frozenset()
+
+    @property
+    def known(self) -> frozenset[t.Term]:
+        """All conditions that hold at this point."""
+        return self.path_condition | self.ranges
 
     def condition(self, term: t.Term, state: Mapping[str, Declared]) -> t.Term:
         """Express a condition at this point as a condition on the state at the start.
@@ -123,8 +131,8 @@ class _RunExploration:
             holds = situation.condition(condition, self.state)
             for branch, term in ((then, holds), (otherwise, fold_constants(t.Not(holds)))):
                 if term != t.FALSE:
-                    known = SymbolicState(
-                        situation.assignment, situation.path_condition | split_conjunction(term)
+                    known = replace(
+                        situation, path_condition=situation.path_condition | split_conjunction(term)
                     )
                     branch.setdefault(self._forget_measurements(known) if self._depth else known, trace)
         return then, otherwise
@@ -175,14 +183,22 @@ class _RunExploration:
     def _apply_outcome(self, situation: SymbolicState, outcome: Outcome) -> SymbolicState:
         before = self._forget_measurements(situation, outcome.unsettled)
         assigned = frozenset(_assigned_after(dict(before.assignment), outcome.known_effects).items())
-        after = SymbolicState(assigned, before.path_condition)
+        ranges = frozenset(one.term(self.state[one.variable].variable) for one in outcome.ranges)
+        after = SymbolicState(assigned, before.path_condition, ranges)
         return self._forget_measurements(after) if self._depth else after
 
     def _forget_measurements(
         self, situation: SymbolicState, unsettled: Collection[str] = ()
     ) -> SymbolicState:
-        """Rename measurements that are out of date once a skill has run to `NAME@1` and so on."""
-        known = {name: one for term in situation.path_condition for name, one in t.variables_of(term).items()}
+        """Rename measurements that are out of date once a skill has run to `NAME@1` and so on.
+
+        Of the ranges, only those of quantities that were decided on are kept.
+        """
+        decided = {name for term in situation.path_condition for name in t.variables_of(term)}
+        conditions = situation.path_condition.union(
+            term for term in situation.ranges if not decided.isdisjoint(t.variables_of(term))
+        )
+        known = {name: one for term in conditions for name, one in t.variables_of(term).items()}
         number = 1 + max((int(name.partition("@")[2]) for name in known if "@" in name), default=0)
         earlier: dict[str, t.Term] = {
             name: replace(one, name=f"{name}@{number}")
@@ -195,9 +211,7 @@ class _RunExploration:
                 for name, value in situation.assignment
                 if name not in unsettled and self._is_persistent(name)
             ),
-            frozenset(t.substitute(term, earlier) for term in situation.path_condition)
-            if earlier
-            else situation.path_condition,
+            frozenset(t.substitute(term, earlier) for term in conditions) if earlier else conditions,
         )
 
     def _is_persistent(self, name: str) -> bool:

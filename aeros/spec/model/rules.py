@@ -140,7 +140,7 @@ class Rule:
         terms: by action kind, the condition on state and action.
         span, require_span: places of the rule and of its condition in the site file.
         attenuations: by action kind, the term that each reducible parameter is set to when only this rule
-            denies.
+            denies; of a vector, the length to which it is shortened if it is longer.
         conjuncts: by action kind, the conditions that its term is the conjunction of.
         premises: by action kind; the rule denies a state and action that make all premises true and all
             alternatives false.

@@ -306,9 +306,9 @@ def _some_path(
     if not visits:
         return StaticClaim(claim_id, otherwise)
     known = split_conjunction(fold_constants(composition.precondition))
-    if any(situation.path_condition <= known for situation in visits):
+    if any(situation.known <= known for situation in visits):
         return StaticClaim(claim_id, None)
-    ways = tuple(t.And(tuple(sorted(situation.path_condition, key=repr))) for situation in visits)
+    ways = tuple(t.And(tuple(sorted(situation.known, key=repr))) for situation in visits)
     mentioned = {name for way in ways for name in t.variables_of(way)}
     past = earlier_measurements(ways, {one.name: one for one in declared})
     space = VariableSpace(tuple(one for one in (*declared, *past) if one.name in mentioned), ())

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
+from typing import Final
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.grammar import an
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import RealType
-from aeros.spec.expr.units import LENGTH, TIME
+from aeros.spec.expr.types import RealType, VectorType
+from aeros.spec.expr.units import LENGTH, NUMBER, TIME, Dimension
 from aeros.spec.model.rules import ActionKind, Rule
 from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import (
     ClaimMode,
@@ -23,6 +26,9 @@ from aeros.spec.obligations.obligation import (
 )
 from aeros.spec.obligations.quotas import quota_obligations
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
+
+_FACTOR_SLACK: Final = Fraction(1, 1_000_000)
+"""Greatest difference of the factor of a shortened vector from the exact one, as proofs allow it."""
 
 
 def policy_obligations(site: Site) -> Iterator[Obligation | StaticClaim]:
@@ -215,9 +221,11 @@ def _attenuation_obligations(
 
     The claim is about the actions that this rule alone denies.
     """
-    reduced = rule.attenuations[kind.name]
+    reduced, factors = _reduced_parameters(kind, rule.attenuations[kind.name])
     others = [other.terms[kind.name] for other in rules if other is not rule]
-    space = action_space(site, kind, t.Not(rule.terms[kind.name]), *others)
+    known = [term for _, term in factors]
+    space = action_space(site, kind, t.Not(rule.terms[kind.name]), *others, *known)
+    space = replace(space, variables=(*space.variables, *(factor for factor, _ in factors)))
     yield Obligation(
         id=ClaimForm.ATTENUATION_ALLOWED(kind.name, rule.id),
         code="AE605",
@@ -239,6 +247,46 @@ def _attenuation_obligations(
     )
 
 
+def _reduced_parameters(
+    kind: ActionKind, terms: Mapping[str, t.Term]
+) -> tuple[dict[str, t.Term], list[tuple[Declared, t.Term]]]:
+    """Return the reduced value of each parameter, and the factor of each vector with what is known of it."""
+    reduced, factors = dict(terms), list[tuple[Declared, t.Term]]()
+    for name, length in terms.items():
+        asked = kind.parameters[name].variable
+        if isinstance(asked.type, VectorType):
+            factor = t.Variable(f"{name}@factor", RealType(NUMBER), t.VariableRole.PARAMETER)
+            declared = Declared(factor, kind.parameters[name].span, range=(Fraction(0), Fraction(1)))
+            reduced[name] = t.Multiply(factor, asked)
+            factors.append((declared, _shortens(factor, asked, length)))
+    return reduced, factors
+
+
+def _shortens(factor: t.Variable, vector: t.Variable, length: t.Term) -> t.Term:
+    """Say that a factor gives a vector this length if it is longer, and is 1 if it is not.
+
+    The factor may be less by a millionth: so it has rational values, and is rounded down as by the gate.
+    """
+    x, y, z = (t.Multiply(part, part) for part in (t.Component(vector, axis) for axis in range(3)))
+    square, wanted = t.Add(x, t.Add(y, z)), t.Multiply(length, length)
+    zero = t.Literal(Fraction(0), RealType(_dimension(vector)))
+    is_longer = t.And((t.Compare("<=", zero, length), t.Not(t.Compare("<=", square, wanted))))
+    above = t.Add(factor, t.Literal(_FACTOR_SLACK, RealType(NUMBER)))
+    scaled = t.And(
+        (
+            t.Compare("<=", t.Multiply(t.Multiply(factor, factor), square), wanted),
+            t.Compare("<=", wanted, t.Multiply(t.Multiply(above, above), square)),
+        )
+    )
+    kept = t.Compare("==", factor, t.Literal(Fraction(1), RealType(NUMBER)))
+    return t.And((t.Implies(is_longer, scaled), t.Or((is_longer, kept))))
+
+
+def _dimension(variable: t.Variable) -> Dimension:
+    assert isinstance(variable.type, RealType | VectorType)  # noqa: S101  elaboration admits no other type
+    return variable.type.dimension
+
+
 def _reduction_is_smaller(kind: ActionKind, reduced: Mapping[str, t.Term]) -> t.Term:
     """Require each reduced parameter to stay in its range, and between zero and the requested value."""
     parts: list[t.Term] = []
@@ -246,6 +294,11 @@ def _reduction_is_smaller(kind: ActionKind, reduced: Mapping[str, t.Term]) -> t.
         parameter = kind.parameters[name]
         low, high = parameter.range or (Fraction(0), Fraction(0))
         type_ = parameter.variable.type
+        if isinstance(type_, VectorType):  # its factor is between 0 and 1
+            bounds = [t.Literal(bound, RealType(type_.dimension)) for bound in (low, high)]
+            for axis in range(3):
+                parts.append(t.Compare("<=", bounds[0], t.Component(term, axis)))
+                parts.append(t.Compare("<=", t.Component(term, axis), bounds[1]))
         if isinstance(type_, RealType):
             zero, asked = t.Literal(Fraction(0), type_), parameter.variable
             forwards = t.And((t.Compare("<=", zero, term), t.Compare("<=", term, asked)))

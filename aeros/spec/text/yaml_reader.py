@@ -279,4 +279,6 @@ def _advice(problem: str) -> str:
         return "quote a text that holds `: `, or indent a nested field"
     if "cannot start any token" in problem:
         return "quote a text that begins with this character"
+    if "expected ',' or" in problem:
+        return "close the bracket, or quote a text that holds brackets, braces or commas"
     return ""

@@ -11,6 +11,7 @@ from pathlib import Path
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.resource_limit import MAX_TIMEOUTS, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity, SpanLabel
+from aeros.spec.diagnostics.missing_access import merge_missing_access
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.diagnostics.unknown_names import merge_unknown_names
 from aeros.spec.elaborate.load import LoadedEcm, elaborate_source, load_ecm
@@ -124,7 +125,7 @@ def examine_module(
         presence,
         (*diagnostics, *_without_empty_envelopes(diagnostics_of(before_summaries), findings)),
         ListedClaims(before_summaries, (*settled_summaries, *map(_summarize_finding, findings))),
-        (*_diagnostics(settled, findings), *_needless_runtime_checks(ecm, findings)),
+        (*merge_missing_access(_diagnostics(settled, findings)), *_needless_runtime_checks(ecm, findings)),
         findings=(ecm, before, settled, findings),
     )
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from aeros.spec.consequences.words import unsettled_note
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import Increment
 from aeros.spec.flow.symbolic_paths import SymbolicState, SymbolicStates, earlier_measurements
 from aeros.spec.model.composition import Composition
 from aeros.spec.model.ecm import Skill
@@ -58,7 +60,7 @@ def obligation_per_situation(
         found = _claim_in(situation, trace, claim, state, skills)
         if found.conclusion == t.TRUE:
             continue
-        if found.conclusion == t.FALSE and not situation.path_condition:
+        if found.conclusion == t.FALSE and not situation.known:
             yield found
             return
         asked.setdefault((found.space.assumptions, found.conclusion), found)
@@ -66,6 +68,11 @@ def obligation_per_situation(
         yield StaticClaim(claim.id, None)
     for number, found in enumerate(asked.values(), 1):
         yield replace(found, id=case(*claim.id.names, number)) if len(asked) > 1 else found
+
+
+def _effect_words(effect: Any) -> str:
+    """Write what a path leaves of a variable: a value, or an increment of its value at the start."""
+    return str(effect) if isinstance(effect, Increment) else f"= {str(effect).lower()}"
 
 
 def _claim_in(
@@ -76,10 +83,10 @@ def _claim_in(
     skills: Mapping[str, Sequence[Skill]],
 ) -> Obligation:
     """Express a claim in one situation as an obligation about the state at the start."""
-    assumed = tuple(sorted(situation.path_condition, key=repr))
+    assumed = tuple(sorted(situation.known, key=repr))
     values = dict(situation.assignment)
     named = (name for name in t.variables_of(claim.conclusion) if name in values)
-    then = [f"then {name} = {str(values[name]).lower()}" for name in named]
+    then = [f"then {name} {_effect_words(values[name])}" for name in named]
     members = (
         LabelledConjunct(situation.condition(one.term, state), one.label) for one in claim.labelled_conjuncts
     )

@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 from aeros.spec.backends.oracle import Oracle
@@ -19,6 +20,7 @@ from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.expr.types import IntegerType
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId, ClaimPattern
@@ -37,6 +39,7 @@ _LARGE_LOOP: Final = 256
 """Start states of a task from which on the analysis of its rules takes up to a second, each time."""
 
 _MAX_CANDIDATES: Final = 6  # for one claim
+_MAX_ROOM: Final = 4  # by which a bound of a whole number is moved
 
 
 @dataclass(frozen=True)
@@ -301,6 +304,7 @@ class _Proposals:
         ]
         parts = [span for span in spans if any(_holds(whole, span) for whole in wholes)]
         needed = [" ".join(span.text.split()).strip("\"'") for span in parts]
+        yield from self._leave_more_room(composition, needed)
         texts = dict.fromkeys(
             (
                 " and ".join(dict.fromkeys(needed)),
@@ -315,6 +319,27 @@ class _Proposals:
         for text in texts:
             if text and "inputs." not in text:
                 yield from self._require(("compositions", composition), text)
+
+    def _leave_more_room(self, composition: str, needed: Iterable[str]) -> Candidates:
+        """Move bounds of whole numbers in a composition's precondition, for what its steps add to them."""
+        node = self.editor.node("compositions", composition, "precondition")
+        text = " ".join(node.text.split()) if isinstance(node, ScalarNode) else ""
+        for name, declared in self._site.state.items():
+            word = name.removeprefix(f"{self._ecm.id}.")
+            is_read = any(re.search(rf"(?<![\w.]){re.escape(word)}(?![\w.])", one) for one in needed)
+            if not is_read or not isinstance(declared.variable.type, IntegerType):
+                continue
+            bound = re.compile(rf"(?<![\w.])({re.escape(word)}\s*)(<=|<|>=|>)(\s*)(\d+)(?![\w.])")
+            for room in range(1, _MAX_ROOM + 1):
+                tighter = bound.sub(partial(_tightened, room=room), text)
+                if node is not None and tighter != text:
+                    yield f"precondition: {quoted(tighter)}", self.editor.replace(node, tighter)
+
+
+def _tightened(bound: re.Match[str], room: int) -> str:
+    """Write a bound that a regular expression has found so that it leaves more room."""
+    word, op, blank, limit = bound.groups()
+    return f"{word}{op}{blank}{int(limit) + (room if op.startswith('>') else -room)}"
 
 
 def _holds(outer: SourceSpan, inner: SourceSpan) -> bool:

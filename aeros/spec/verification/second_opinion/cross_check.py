@@ -79,7 +79,7 @@ def cross_check_queries(
 
 def _ask(question: Question, plain: str, second: SecondSolver) -> tuple[str, SolverAnswer]:
     """Ask a question, beside lemmas where products or counts call for some."""
-    lemmas = relating_lemmas(question.terms)
+    lemmas = relating_lemmas(question.terms, question.ranges)
     if not lemmas:
         return plain, second.solve_script(plain)
     script = question_script(question._replace(terms=(*question.terms, *lemmas)))

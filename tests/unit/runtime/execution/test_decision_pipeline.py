@@ -101,6 +101,18 @@ def test_a_disagreement_is_recorded_with_both_verdicts_before_it_halts(desk: Des
     assert (last["time"], last["configuration"]) == (desk.plant.now(), "c" * 64)
 
 
+def test_an_action_is_counted_at_the_time_of_its_decision(desk: Desk) -> None:
+    decided = desk.decide()
+    assert decided.active_action is not None
+    at = desk.plant.now()
+    desk.plant.now = lambda: at + 1.0  # type: ignore[method-assign]
+    desk.deciding.count_execution(decided.active_action)
+    (window,) = [quota.window_s for quota in desk.configuration.site.quotas if quota.id == "move-rate"]
+    desk.plant.now = lambda: at + float(window) + 0.5  # type: ignore[method-assign]
+    desk.decide()
+    assert desk.counted() == [0, 0]
+
+
 def test_an_allowed_action_is_decided_on_what_is_measured_and_recorded(desk: Desk) -> None:
     decided = desk.decide()
     ((caller, readings, action, now, _),) = desk.gate.asked

@@ -9,7 +9,7 @@ from math import nextafter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.gate.attenuation import attenuate_parameters
+from aeros.runtime.gate.attenuation import attenuate_parameters, factor_to_length
 from aeros.spec.expr import terms as t
 from aeros.spec.model.rules import Rule
 from aeros.spec.model.site import Site
@@ -70,6 +70,50 @@ def test_within_a_rule_all_terms_read_the_requested_values() -> None:
     both = rule(speed=literal("1"), reach=SPEED)
     asked = {"speed": 2.0, "reach": 4.0}
     assert attenuate_parameters([both], "move", asked, asked) == {"speed": 1.0, "reach": 2.0}
+
+
+def shortened(vector: tuple[float, ...], length: str) -> tuple[float, ...]:
+    values = {f"way.{axis}": part for axis, part in zip("xyz", vector, strict=True)}
+    found = attenuate_parameters([rule(way=literal(length))], "move", {"way": vector}, values)
+    return tuple(found["way"])
+
+
+def test_a_vector_is_shortened_to_a_length_and_keeps_its_direction() -> None:
+    assert shortened((3.0, -4.0, 0.0), "5/2") == (1.5, -2.0, 0.0)
+    assert shortened((3.0, -4.0, 0.0), "5") == (3.0, -4.0, 0.0)
+    assert shortened((3.0, -4.0, 0.0), "0") == (0.0, 0.0, 0.0)
+
+
+def test_a_vector_stays_where_no_vector_has_the_length() -> None:
+    assert shortened((3.0, -4.0, 0.0), "-1") == (3.0, -4.0, 0.0)
+
+
+def test_a_second_rule_shortens_what_the_first_has_left() -> None:
+    values = {"way.x": 8.0, "way.y": 0.0, "way.z": 0.0}
+    rules = [rule(way=literal(length)) for length in ("4", "2", "3")]
+    assert attenuate_parameters(rules, "move", {"way": [8.0, 0.0, 0.0]}, values) == {"way": (2.0, 0.0, 0.0)}
+
+
+@given(
+    vector=st.tuples(*[st.floats(-1e6, 1e6)] * 3),
+    length=st.fractions(min_value=0, max_value=1000, max_denominator=1000),
+)
+def test_a_shortened_vector_is_as_long_as_possible_and_no_longer(
+    vector: tuple[float, ...], length: Fraction
+) -> None:
+    exact = [Fraction(part) for part in vector]
+    square = sum(part * part for part in exact)
+    factor = factor_to_length(exact, length)
+    assert 0 <= factor <= 1
+    assert (factor == 1) == (square <= length * length)
+    if factor < 1:
+        assert factor * factor * square <= length * length
+        assert (factor + Fraction(1, 2**128)) ** 2 * square > length * length
+    found = [Fraction(part) for part in shortened(vector, str(length))]
+    assert sum(part * part for part in found) <= max(length * length, square if factor == 1 else 0)
+    for part, before in zip(found, exact, strict=True):
+        assert abs(part) <= abs(before)
+        assert part * before >= 0
 
 
 def test_only_the_terms_on_the_kind_count(site: Site) -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from math import inf, nan
 from random import Random
@@ -94,6 +95,20 @@ def test_quotas_that_stay_keep_their_counts_when_the_site_changes() -> None:
     changed.count_execution("grip", 5.0)
     assert usage.usage_at(5.0) == {"grip-rate": 1}
     assert usage.set_quotas([TOTAL]).usage_at(5.0) == {"all": 0}
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        replace(RATE, kinds=frozenset({"grip", "move"})),
+        replace(RATE, max_count=RATE.max_count + 1),
+        replace(RATE, window_s=2 * RATE.window_s),
+    ],
+)
+def test_a_quota_that_differs_in_anything_but_its_name_begins_with_nothing(changed: Quota) -> None:
+    usage = QuotaUsageCounter([RATE])
+    usage.count_execution("grip", 5.0)
+    assert usage.set_quotas([changed]).usage_at(5.0) == {RATE.id: 0}
 
 
 def test_the_clock_goes_on_when_the_site_changes() -> None:

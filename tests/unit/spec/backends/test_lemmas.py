@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
 
 from aeros.spec.backends.lemmas import MAX_LEMMAS, lemmas_for, rational_root, relating_lemmas
 from aeros.spec.expr import terms as t
@@ -75,8 +76,39 @@ def test_a_count_is_related_to_the_numbers_that_are_compared() -> None:
     assert len(relating_lemmas(at_least)) == 3  # one for each joint
     at_most = terms_of("all(joint[j] <= 3 m for j in Joint)", "count(joint[j] <= 1 m for j in Joint) >= 2")
     assert len(relating_lemmas(at_most)) == 3
-    unrelated = terms_of("all(joint[j] <= 3 m for j in Joint)", "count(joint[j] >= 1 m for j in Joint) >= 2")
+    unrelated = terms_of("all(joint[j] <= 3 m for j in Joint)", "count(joint[j] >= 4 m for j in Joint) >= 2")
     assert relating_lemmas(unrelated) == []
+
+
+def test_a_count_bounds_what_is_compared_from_the_other_side_too() -> None:
+    most = terms_of("all(joint[j] <= 3 m for j in Joint)", "count(joint[j] > 1 m for j in Joint) <= 2")
+    assert len(relating_lemmas(most)) == 3
+    least = terms_of("count(joint[j] < 1 m for j in Joint) <= 2")
+    ranges = dict.fromkeys(("joint[j1]", "joint[j2]", "joint[j3]"), (Fraction(-2), Fraction(0)))
+    assert len(relating_lemmas(least, ranges)) == 3
+    assert relating_lemmas(least) == []
+
+
+def test_a_product_is_related_to_the_absolute_value_of_a_factor() -> None:
+    by_condition = relating_lemmas(terms_of("abs(x) <= 4 m", "abs(y) <= 2 m", "x * y <= 8 m*m"))
+    by_range = relating_lemmas(
+        terms_of("x * y <= 8 m*m", "abs(x) <= 7 m * 7"), {"y": (Fraction(-3), Fraction(2))}
+    )
+    bounds = [one for one in (*by_condition, *by_range) if isinstance(one, t.Implies)]
+    assert len(bounds) == 3  # of each factor, and of `y` by its range
+    point = {"x": Fraction(4), "y": Fraction(2)}
+    assert all(is_true(one, point) for one in bounds)
+
+
+@examples(60)
+@given(cases(), st.tuples(st.fractions(-5, 5), st.fractions(0, 5)))
+def test_a_lemma_with_a_range_is_true_in_and_out_of_it(
+    case: ConditionCase, range_: tuple[Fraction, Fraction]
+) -> None:
+    point = values_by_scalar(VARIABLES, exact_environment(case.values))
+    low, width = range_
+    for lemma in lemmas_for([case.term, t.Not(case.term)], dict.fromkeys(point, (low, low + width))):
+        assert is_true(lemma, point)
 
 
 def test_a_counted_condition_may_be_named_by_another() -> None:

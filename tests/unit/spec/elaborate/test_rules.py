@@ -22,7 +22,10 @@ def test_a_rule_that_governs_no_action_kind_is_refused(tmp_path: Path) -> None:
         (("on: [throw]", "on: [trow]"), "`trow` is not an action kind"),
         (("id: soft-throw", "id: soft-knock"), "the rule `soft-knock` is declared twice"),
         (("id: wipe-rate", "id: brush-lent"), "the rule `brush-lent` is declared twice"),
-        (('attenuate: {pace: "min', 'attenuate: {speed: "min'), "`speed` is not a real parameter of"),
+        (
+            ('attenuate: {pace: "min', 'attenuate: {speed: "min'),
+            "`speed` is not a real or vector parameter",
+        ),
         (("on: {a: sweep, b: spin}", "on: {a: sweep}"), "a joint rule has two roles"),
         (("on: {a: sweep, b: spin}", "on: {a: sweep, slow: spin}"), "`slow` is already a constant"),
     ],

@@ -10,6 +10,7 @@ import pytest
 
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import QuantityRange
 from aeros.spec.flow import symbolic_paths
 from aeros.spec.flow.symbolic_paths import (
     PathExploration,
@@ -160,6 +161,40 @@ def test_a_measurement_that_is_set_is_forgotten_and_a_predicate_is_not() -> None
     paths = explored(Seq((step("fill"), step("boil"))))
     assert known(paths.states_at_steps["boil"]) == {"fill_level=1": ("fill → filled",)}
     assert known(paths.final_states) == {f"{COOKED}=True": ("fill → filled", "boil → cooked")}
+
+
+def _pours() -> Skill:
+    half_full = QuantityRange("fill_level", None, Fraction(1, 4), Fraction(1, 2))
+    full = QuantityRange("fill_level", None, Fraction(3, 4), Fraction(1))
+    little = replace(outcome("little", {}, failure=True), ranges=(half_full,))
+    return skill("pour", replace(outcome("poured", {}), ranges=(full,)), little)
+
+
+def test_a_range_that_an_outcome_states_is_known_for_the_next_step_alone() -> None:
+    skills = {**SKILLS, "pour": _pours()}
+    body = Seq((step("pour"), step("boil"), step("wrap")))
+    paths = explore_paths(Composition("c", t.TRUE, None, body, {}, TEXT.span(0, 1)), skills, STATE)
+    (full,), (later,) = paths.states_at_steps["boil"], paths.states_at_steps["wrap"]
+    assert full.known == {term("0.75 <= fill_level and fill_level <= 1")}
+    assert later == SymbolicState(frozenset({(COOKED, True)}))
+
+
+def test_a_range_stays_with_what_was_decided_on_and_does_not_multiply_tries() -> None:
+    skills = {**SKILLS, "pour": _pours()}
+    body = Seq((step("pour", retry=9), choice(FULL, step("boil"), step("align")), step("wrap")))
+    paths = explore_paths(Composition("c", t.TRUE, None, body, {}, TEXT.span(0, 1)), skills, STATE)
+    assert len(paths.states_at_steps["pour"]) == 2  # at first, and after any number of failures
+    full, impossible = sorted(paths.states_at_steps["wrap"], key=lambda one: str(one.assignment))[::-1]
+    for state in (full, impossible):
+        assert len(state.path_condition) == 2
+        assert {name for one in state.path_condition for name in t.variables_of(one)} == {"fill_level@1"}
+
+
+def test_in_parallel_branches_a_range_is_not_known() -> None:
+    skills = {**SKILLS, "pour": _pours()}
+    body = par(Seq((step("pour"), step("boil"))), step("align"))
+    paths = explore_paths(Composition("c", t.TRUE, None, body, {}, TEXT.span(0, 1)), skills, STATE)
+    assert [state.known for state in paths.states_at_steps["boil"]] == [frozenset()]
 
 
 def test_branches_begin_alike_and_end_with_what_all_have_set() -> None:

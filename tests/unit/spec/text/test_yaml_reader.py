@@ -150,6 +150,12 @@ def test_refused_text_is_underlined(text: str, code: str, marked: str) -> None:
     assert (first.code, underlined(first)) == (code, marked)
 
 
+@pytest.mark.parametrize("text", ["a: [1, 2\nb: c\n", "a: {require: all(q[w] for w in s), b: c}\n"])
+def test_a_bracket_in_a_text_is_to_be_closed_or_quoted(text: str) -> None:
+    (first, *_) = refused(text)
+    assert first.help == ("close the bracket, or quote a text that holds brackets, braces or commas",)
+
+
 def test_a_duplicate_key_shows_both_places_and_each_further_one() -> None:
     found = refused("a: 1\na: 2\na: 3\n")
     assert [(d.primary.span.line, d.secondary[0].span.line) for d in found if d.primary] == [(2, 1), (3, 1)]

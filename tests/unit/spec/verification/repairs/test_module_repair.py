@@ -47,6 +47,7 @@ REPAIRED = {
     "permission/arm_moved_without_holding_it": {"AE410": "resources: [arm]` under `skills.tidy"},
     "permission/risk_understated": {"AE407": "risk: medium"},
     "permission/sensor_read_without_permission": {"AE405": "scanner` under `permissions.sensors"},
+    "composition/count_beyond_the_last_step": {"AE851": "precondition: racked <= 9"},
     "safety/count_beyond_its_range": {"AE512": "precondition: washed <= 2"},
     "safety/precondition_beyond_what_is_measured": {"AE504": "precondition: dirt > 99.999 %"},
 }

@@ -1,0 +1,6 @@
+from aeros.perception import Perception, View
+
+
+def see(view: View) -> Perception:
+    while True:
+        yield {"racked": 0}
