@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aeros.cli.help_text import WrappedEpilog
+from aeros.cli.near_paths import near_path
 from aeros.distribution import install_command
 from aeros.exit_codes import EXIT_CODES, UsageError
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
+from aeros.spec.diagnostics.render import escape_invisible
 
 if TYPE_CHECKING:
     from aeros.runtime.registry.registry_governor import RegistryGovernor
@@ -87,9 +89,13 @@ def existing_path(text: str) -> Path:
     path = Path(text)
     try:
         path.stat()
+    except FileNotFoundError as error:
+        near = near_path(text)
+        cure = "" if near is None else f"; did you mean `{escape_invisible(near)}`?"
+        raise argparse.ArgumentTypeError(f"no file or folder `{escape_invisible(text)}`{cure}") from error
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not a path"
-        raise argparse.ArgumentTypeError(f"`{text}`: {reason}") from error
+        raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}`: {reason}") from error
     return path
 
 

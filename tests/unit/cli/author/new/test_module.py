@@ -182,7 +182,7 @@ def test_existing_files_stay(
 
 def test_a_place_that_is_not_there_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert _usage(tmp_path / "nowhere") == Exit.USAGE
-    assert "No such file or directory" in capsys.readouterr().err
+    assert "no file or folder" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("place", ["/proc", "a file"])
