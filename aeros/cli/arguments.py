@@ -86,6 +86,8 @@ def existing_path(text: str) -> Path:
     Raises:
         argparse.ArgumentTypeError: Nothing exists at that path.
     """
+    if not text:
+        raise argparse.ArgumentTypeError("the path is empty")
     path = Path(text)
     try:
         path.stat()
@@ -96,6 +98,24 @@ def existing_path(text: str) -> Path:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not a path"
         raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}`: {reason}") from error
+    return path
+
+
+def existing_folder(text: str) -> Path:
+    """Parse the path of an existing folder.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The path.
+
+    Raises:
+        argparse.ArgumentTypeError: No folder exists at that path.
+    """
+    path = existing_path(text)
+    if not path.is_dir():
+        raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}` is a file; give a folder")
     return path
 
 
@@ -234,11 +254,15 @@ def writable_path(text: str) -> Path:
     Raises:
         argparse.ArgumentTypeError: It is a folder, or its folder does not exist.
     """
+    if not text:
+        raise argparse.ArgumentTypeError("the path is empty")
     path = Path(text)
     if path.is_dir():
-        raise argparse.ArgumentTypeError(f"`{text}`: is a folder")
+        raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}` is a folder; name a file in it")
     if not path.parent.is_dir():
-        raise argparse.ArgumentTypeError(f"`{text}`: its folder does not exist")
+        raise argparse.ArgumentTypeError(
+            f"`{escape_invisible(text)}`: its folder does not exist; create it first"
+        )
     return path
 
 

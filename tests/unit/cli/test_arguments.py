@@ -15,6 +15,7 @@ from aeros.cli.arguments import (
     add_module_folders,
     add_signature_check,
     available_cpus,
+    existing_folder,
     existing_path,
     film_path,
     mcap_path,
@@ -57,6 +58,15 @@ def test_a_path_that_exists(tmp_path: Path) -> None:
         existing_path(str(tmp_path / "none"))
     with pytest.raises(ArgumentTypeError, match="not a path"):
         existing_path("a\x00b")
+    with pytest.raises(ArgumentTypeError, match="the path is empty"):
+        existing_path("")
+
+
+def test_a_folder_that_exists(tmp_path: Path) -> None:
+    assert existing_folder(str(tmp_path)) == tmp_path
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(ArgumentTypeError, match="is a file; give a folder"):
+        existing_folder(str(tmp_path / "file"))
 
 
 def test_a_path_at_which_a_file_can_be(tmp_path: Path) -> None:
