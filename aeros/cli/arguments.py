@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from math import nan
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from aeros.cli.help_text import WrappedEpilog
 from aeros.cli.near_paths import near_path
@@ -252,7 +252,7 @@ def writable_path(text: str) -> Path:
         The path.
 
     Raises:
-        argparse.ArgumentTypeError: It is a folder, or its folder does not exist.
+        argparse.ArgumentTypeError: It is a folder, its folder does not exist, or it is a file that AEROS reads.
     """
     if not text:
         raise argparse.ArgumentTypeError("the path is empty")

@@ -75,6 +75,11 @@ def test_a_path_at_which_a_file_can_be(tmp_path: Path) -> None:
         writable_path(str(tmp_path))
     with pytest.raises(ArgumentTypeError, match="its folder does not exist"):
         writable_path(str(tmp_path / "none" / "new"))
+    for name in ("ecm.yaml", "audit.jsonl", "skills.py"):
+        assert writable_path(str(tmp_path / name)) == tmp_path / name
+        (tmp_path / name).write_bytes(b"")
+        with pytest.raises(ArgumentTypeError, match="would be overwritten; name another file"):
+            writable_path(str(tmp_path / name))
 
 
 def test_a_film_is_written_into_a_folder_that_exists(tmp_path: Path) -> None:
