@@ -81,8 +81,9 @@ def open_private(path: Path) -> BinaryIO:
     """
     flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
     descriptor = os.open(path, flags, PRIVATE_FILE)
-    with suppress(PermissionError):
-        os.fchmod(descriptor, PRIVATE_FILE)
+    if stat.S_ISREG(os.fstat(descriptor).st_mode):  # `/dev/null` stays everybody's
+        with suppress(PermissionError):
+            os.fchmod(descriptor, PRIVATE_FILE)
     return os.fdopen(descriptor, "a+b", buffering=0)
 
 
@@ -109,7 +110,8 @@ def replace_durably(path: Path, content: bytes, *, is_private: bool = True) -> N
     """Replace the file at `path`; after a power cut it holds either the old content or the new.
 
     Only one process at a time may replace a file: the new content is first written to `path` with the suffix
-    `.new`.
+    `.new`. A link stays, and the file it leads to is replaced. A device or pipe, such as `/dev/null`, stays,
+    too: it is written to.
 
     Args:
         path: the file to replace or create.
@@ -119,6 +121,11 @@ def replace_durably(path: Path, content: bytes, *, is_private: bool = True) -> N
     Raises:
         OSError: the file or its folder cannot be written.
     """
+    if path.is_char_device() or path.is_fifo():
+        with name_in_errors(path), path.open("wb") as stream:
+            stream.write(content)
+        return
+    path = path.resolve() if path.is_symlink() else path
     replacement = path.with_name(path.name + ".new")
     try:
         write_durably(replacement, content, is_private=is_private)

@@ -252,7 +252,7 @@ def writable_path(text: str) -> Path:
         The path.
 
     Raises:
-        argparse.ArgumentTypeError: It is a folder, its folder does not exist, or it is a file that AEROS reads.
+        argparse.ArgumentTypeError: It is a folder, a file that AEROS reads, or in no folder.
     """
     if not text:
         raise argparse.ArgumentTypeError("the path is empty")
@@ -263,7 +263,15 @@ def writable_path(text: str) -> Path:
         raise argparse.ArgumentTypeError(
             f"`{escape_invisible(text)}`: its folder does not exist; create it first"
         )
+    if path.suffix in _INPUT_SUFFIXES and path.is_file():
+        raise argparse.ArgumentTypeError(
+            f"`{escape_invisible(text)}` is an input of AEROS and would be overwritten; name another file"
+        )
     return path
+
+
+_INPUT_SUFFIXES: Final = frozenset({".jsonl", ".lock", ".py", ".sqlite3", ".toml", ".yaml", ".yml"})
+"""Suffixes of modules, sites, runs and state; no command writes one of them where an option says."""
 
 
 def mcap_path(text: str) -> Path:
