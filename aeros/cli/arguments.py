@@ -263,6 +263,12 @@ def writable_path(text: str) -> Path:
         raise argparse.ArgumentTypeError(
             f"`{escape_invisible(text)}`: its folder does not exist; create it first"
         )
+    try:
+        path.stat()
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}`: {error.strerror}") from error
     if path.suffix in _INPUT_SUFFIXES and path.is_file():
         raise argparse.ArgumentTypeError(
             f"`{escape_invisible(text)}` is an input of AEROS and would be overwritten; name another file"

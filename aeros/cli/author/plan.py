@@ -343,4 +343,6 @@ def _format_parts(parts: list[dict[str, Any]], margin: str) -> Iterator[str]:
 
 
 def _format_value(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
     return "unknown" if value is None else json.dumps(value)

@@ -280,10 +280,14 @@ def _number(value: Fraction, rounding: str | None = None) -> dict[str, Any]:
     return {"exact": parts[0] if parts[1] == "1" else "/".join(parts), "decimal": decimal}
 
 
+def _shown(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value).lower()
+
+
 def _print_text(one: dict[str, Any], *, is_first: bool) -> None:
     if not is_first:
         print()
-    start = ", ".join(f"{name} = {str(value).lower()}" for name, value in one["start"].items())
+    start = ", ".join(f"{name} = {_shown(value)}" for name, value in one["start"].items())
     head = f"{one['module']}.{one['task']} at {one['site']}, at most {one['replans_at_most']} re-plans"
     print_line(escape_invisible(head))
     print_line(escape_invisible(f"from {start}"))
