@@ -53,6 +53,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
             for wheel in wheels:
                 print_line(str(shutil.copy(wheel, arguments.out)))
             return Exit.SUCCESS
+    except BrokenPipeError:
+        raise
     except OSError as error:
         place = error.filename or arguments.out
         print(f"aeros: cannot write to `{place}`: {error.strerror}; choose another folder", file=sys.stderr)
