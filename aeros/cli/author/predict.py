@@ -20,7 +20,7 @@ from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import add_module, read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import plant_name
-from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.rendering import number_text, print_table
 from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.sim.symbolic.state import initial_values
@@ -281,7 +281,7 @@ def _number(value: Fraction, rounding: str | None = None) -> dict[str, Any]:
 
 
 def _shown(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value).lower()
+    return number_text(value) if isinstance(value, float) else str(value).lower()
 
 
 def _print_text(one: dict[str, Any], *, is_first: bool) -> None:
@@ -299,4 +299,4 @@ def _print_text(one: dict[str, Any], *, is_first: bool) -> None:
 def _number_cells(number: dict[str, Any]) -> tuple[str, str]:
     """Return the decimal of a number, and its fraction where that is short."""
     exact = number["exact"]
-    return f"{number['decimal']:.15g}", f"= {exact}" if len(exact) <= _LONGEST_FRACTION else ""
+    return number_text(number["decimal"]), f"= {exact}" if len(exact) <= _LONGEST_FRACTION else ""
