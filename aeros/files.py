@@ -125,7 +125,11 @@ def replace_durably(path: Path, content: bytes, *, is_private: bool = True) -> N
         with name_in_errors(path), path.open("wb") as stream:
             stream.write(content)
         return
-    path = path.resolve() if path.is_symlink() else path
+    if path.is_symlink():
+        try:
+            path = path.resolve()
+        except RuntimeError as error:  # of Python before 3.13
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path)) from error
     replacement = path.with_name(path.name + ".new")
     try:
         write_durably(replacement, content, is_private=is_private)

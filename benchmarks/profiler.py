@@ -51,10 +51,14 @@ class TimeShares:
 def measure_shares(parts: Sequence[Part], rest: str) -> Iterator[TimeShares]:
     """Count the time of each part while the block runs; reading the clock so often takes time, too."""
     shares = TimeShares(rest)
-    kept = [(owner, name, owner.__dict__[name]) for _, owner, names in parts for name in names]
-    for part, owner, names in parts:
-        for name in names:
-            setattr(owner, name, shares.wrap(part, owner.__dict__[name]))
+    methods = [
+        (part, next(one for one in owner.__mro__ if name in vars(one)), name)
+        for part, owner, names in parts
+        for name in names
+    ]
+    kept = [(owner, name, vars(owner)[name]) for _, owner, name in methods]
+    for part, owner, name in methods:
+        setattr(owner, name, shares.wrap(part, vars(owner)[name]))
     try:
         yield shares
     finally:

@@ -8,12 +8,14 @@ import sys
 from collections.abc import Callable
 from math import nan
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from aeros.cli.help_text import WrappedEpilog
+from aeros.cli.near_paths import near_path
 from aeros.distribution import install_command
 from aeros.exit_codes import EXIT_CODES, UsageError
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
+from aeros.spec.diagnostics.render import escape_invisible
 
 if TYPE_CHECKING:
     from aeros.runtime.registry.registry_governor import RegistryGovernor
@@ -84,12 +86,36 @@ def existing_path(text: str) -> Path:
     Raises:
         argparse.ArgumentTypeError: Nothing exists at that path.
     """
+    if not text:
+        raise argparse.ArgumentTypeError("the path is empty")
     path = Path(text)
     try:
         path.stat()
+    except FileNotFoundError as error:
+        near = near_path(text)
+        cure = "" if near is None else f"; did you mean `{escape_invisible(near)}`?"
+        raise argparse.ArgumentTypeError(f"no file or folder `{escape_invisible(text)}`{cure}") from error
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not a path"
-        raise argparse.ArgumentTypeError(f"`{text}`: {reason}") from error
+        raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}`: {reason}") from error
+    return path
+
+
+def existing_folder(text: str) -> Path:
+    """Parse the path of an existing folder.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The path.
+
+    Raises:
+        argparse.ArgumentTypeError: No folder exists at that path.
+    """
+    path = existing_path(text)
+    if not path.is_dir():
+        raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}` is a file; give a folder")
     return path
 
 
@@ -226,14 +252,32 @@ def writable_path(text: str) -> Path:
         The path.
 
     Raises:
-        argparse.ArgumentTypeError: It is a folder, or its folder does not exist.
+        argparse.ArgumentTypeError: It is a folder, a file that AEROS reads, or in no folder.
     """
+    if not text:
+        raise argparse.ArgumentTypeError("the path is empty")
     path = Path(text)
     if path.is_dir():
-        raise argparse.ArgumentTypeError(f"`{text}`: is a folder")
+        raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}` is a folder; name a file in it")
     if not path.parent.is_dir():
-        raise argparse.ArgumentTypeError(f"`{text}`: its folder does not exist")
+        raise argparse.ArgumentTypeError(
+            f"`{escape_invisible(text)}`: its folder does not exist; create it first"
+        )
+    try:
+        path.stat()
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}`: {error.strerror}") from error
+    if path.suffix in _INPUT_SUFFIXES and path.is_file():
+        raise argparse.ArgumentTypeError(
+            f"`{escape_invisible(text)}` is an input of AEROS and would be overwritten; name another file"
+        )
     return path
+
+
+_INPUT_SUFFIXES: Final = frozenset({".jsonl", ".lock", ".py", ".sqlite3", ".toml", ".yaml", ".yml"})
+"""Suffixes of modules, sites, runs and state; no command writes one of them where an option says."""
 
 
 def mcap_path(text: str) -> Path:

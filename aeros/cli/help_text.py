@@ -9,7 +9,7 @@ import argparse
 import re
 from collections.abc import Iterable, Sequence
 from textwrap import shorten, wrap
-from typing import Final
+from typing import Any, Final
 
 from aeros.cli.commands import COMMANDS, GROUPS, OFTEN_USED
 from aeros.cli.terminal.streams import screen_width
@@ -30,6 +30,12 @@ _REMARK_COLUMN: Final = 6
 class WrappedEpilog(argparse.RawDescriptionHelpFormatter):
     """Fills paragraphs of description and epilog; keeps indented lines, as of examples, broken where wide."""
 
+    def _format_usage(self, *parts: Any) -> str:
+        """Break what argparse leaves wider than the terminal, such as a long choice of options."""
+        width = self._width
+        whole = super()._format_usage(*parts).rstrip("\n")
+        return "\n".join(_broken_usage(line, width) for line in whole.split("\n")) + "\n\n"
+
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         return "\n".join(
             one for line in _paragraphs(text.splitlines()) for one in _broken(indent + line, width)
@@ -48,6 +54,17 @@ def _paragraphs(lines: Iterable[str]) -> list[str]:
     return joined
 
 
+def _broken_usage(line: str, width: int) -> str:
+    """Break a line of usage at blanks, or after a comma of a choice; further lines start below it."""
+    indent = " " * min(len(line) - len(line.lstrip()), width // 2)
+    lines = [""]
+    for part in re.findall(r"[^\s,]+,?\s*|,", line.lstrip()):
+        if len(indent + lines[-1] + part.rstrip()) > width:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(indent + one.rstrip() for one in lines)
+
+
 def _broken(line: str, width: int) -> list[str]:
     """Break a line at its column of remarks, or else at spaces; further lines are indented further."""
     if len(line) <= width:
@@ -57,7 +74,7 @@ def _broken(line: str, width: int) -> list[str]:
     indent = " " * min(len(line) - len(text), _REMARK_COLUMN)
     line = indent + text
     further = indent + "    " if indent else ""
-    command, *remark = re.split(r"(?<=\S) {3,}(?=\S)", line, maxsplit=1)
+    command, *remark = re.split(r"(?<=\S) {2,}(?=\S)", line, maxsplit=1)
     if remark:
         return [part for half in (command, further + remark[0]) for part in _broken(half, width)]
     return wrap(line, width, subsequent_indent=further, break_long_words=False, break_on_hyphens=False)
@@ -91,6 +108,11 @@ def all_commands() -> str:
         _entry("-h, --help", "show this help message and exit", width, 16),
         _entry("-V, --version", "show the version and exit", width, 16),
         "",
+        "examples:",
+        "  aeros demo",
+        "  aeros verify ecms/make_dumplings",
+        '  aeros run "make dumplings" --plant symbolic',
+        "",
         *wrap(
             "`aeros help GROUP` says what each command of a group does, `aeros COMMAND --help` how it is "
             "used, and `aeros help COMMAND` explains each option of it.",
@@ -118,7 +140,7 @@ def group_help(name: str) -> str:
 
 
 def short_usage(parser: argparse.ArgumentParser) -> str:
-    """Make one line of usage.
+    """Make a short usage, one line where the terminal is wide enough.
 
     Args:
         parser: of the command.
@@ -131,7 +153,7 @@ def short_usage(parser: argparse.ArgumentParser) -> str:
         name = _name(action)
         repeated = {"?": f"[{name}]", "*": f"[{name} ...]", "+": f"{name} [{name} ...]"}
         words.append(repeated.get(str(action.nargs), name))
-    return " ".join(words)
+    return "\n".join(_broken(" ".join(words), screen_width()))
 
 
 def short_help(parser: argparse.ArgumentParser, whole: str) -> str:

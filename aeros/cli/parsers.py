@@ -8,7 +8,7 @@ import re
 import sys
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
-from typing import NoReturn
+from typing import Final, NoReturn
 
 import aeros
 from aeros.cli.commands import COMMANDS, GROUPS, MODULES_OF_SEVERAL
@@ -17,12 +17,32 @@ from aeros.cli.project_settings import ProjectSettings
 from aeros.cli.setting_defaults import add_repeated, set_defaults, settings_for
 from aeros.exit_codes import Exit
 
+_SYNONYMS: Final = {"module": "ecm", "modul": "ecm", "package": "ecm", "workflow": "ci", "cell": "site"}
+"""Words that people type, by the choice that they mean."""
+
 
 class CommandParser(argparse.ArgumentParser):
     """Parser of one command; its help fits on a screen, and `whole_help` explains everything."""
 
+    _given: Sequence[str] = ()
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse words, and keep them for the message of an error.
+
+        Args:
+            args: words, without those before the command's name; None for those of the program.
+            namespace: where to put the values.
+
+        Returns:
+            The values, and words that no argument takes.
+        """
+        self._given = sys.argv[1:] if args is None else args
+        return super().parse_known_args(args, namespace)
+
     def format_usage(self) -> str:
-        """Make one line of usage.
+        """Make the short usage.
 
         Returns:
             The usage.
@@ -49,14 +69,29 @@ class CommandParser(argparse.ArgumentParser):
         """Print what is wrong with the command line, with the nearest known word, and end the program.
 
         Args:
-            message: of argparse.
+            message: of argparse, which checks values before it looks for unknown options.
         """
+        if (unknown := self._unknown_option()) is not None:
+            self.refuse(unrecognized([unknown], option_names(self)))
         choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
         cure = ""
         if choice is not None:
             known = [word.strip(" '") for word in choice[2].split(",")]
-            cure = _intended(choice[1], known)
+            cure = _intended(_SYNONYMS.get(choice[1], choice[1]), known)
         self.refuse(message + cure)
+
+    def _unknown_option(self) -> str | None:
+        """Find the first word given that looks like an option and is none, nor the beginning of one."""
+        if any(isinstance(one, argparse._SubParsersAction) for one in self._actions):
+            return None  # the command inside it knows its own options
+        known = option_names(self)
+        for word in self._given:
+            if word in {"--", "--ros-args"}:
+                break
+            name = word.partition("=")[0]
+            if word.startswith("--") and not any(one.startswith(name) for one in known):
+                return word
+        return None
 
     def refuse(self, message: str) -> NoReturn:
         """Print an error with the usage, and end the program.
@@ -97,6 +132,8 @@ def parse(given: Sequence[str]) -> argparse.Namespace:
     """
     if given[:1] == ["help"]:
         sys.exit(_print_help(given[1:]))
+    if list(given) == ["version"]:
+        given = ["--version"]
     parser, command = _parsers(given)
     first = next((word for word in given if not word.startswith("-")), None)
     if first is not None and given[0] == first and first not in COMMANDS:
@@ -108,11 +145,23 @@ def parse(given: Sequence[str]) -> argparse.Namespace:
     parsed, unknown = parser.parse_known_args(given)
     add_repeated(parsed, settings)
     if unknown:
-        known = [] if command is None else option_names(command)
-        word = unknown[0]
-        cure = _intended(word.partition("=")[0], known) if word.startswith("-") else ""
-        (command or parser).refuse(f"unrecognized arguments: {' '.join(unknown)}{cure}")
+        (command or parser).refuse(unrecognized(unknown, [] if command is None else option_names(command)))
     return parsed
+
+
+def unrecognized(words: Sequence[str], options: Iterable[str]) -> str:
+    """Word the error about words that no argument takes.
+
+    Args:
+        words: the words.
+        options: names of the command's options.
+
+    Returns:
+        The message, with the option that was probably intended.
+    """
+    first = words[0]
+    cure = _intended(first.partition("=")[0], options) if first.startswith("-") else ""
+    return f"unrecognized arguments: {' '.join(words)}{cure}"
 
 
 def command_parser(name: str) -> CommandParser:

@@ -340,3 +340,9 @@ def test_a_path_that_is_no_folder_is_left_alone(tmp_path: Path) -> None:
     with temporary_folder(tmp_path):
         pass
     assert sorted(one.name for one in root.iterdir()) == ["file", "link"]
+
+
+def test_a_link_to_itself_is_an_error_of_the_system(tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(OSError, match="symbolic links"):
+        replace_durably(tmp_path / "loop", b"new")

@@ -23,6 +23,9 @@ _UNSAID: Final = frozenset({"a", "an", "the"}) | english.PRONOUNS
 
 _OPTIONAL: Final = re.compile(r" ?\([^)]*\)")
 
+_LEAST_SIMILARITY: Final = 0.75
+"""Likeness from 0 to 1 of a known word that is named: `make` is not meant for `tackle`, which has 0.6."""
+
 _MOST_SHOWN: Final = 6
 """Greatest number of phrases that a refusal lists."""
 
@@ -162,7 +165,7 @@ def _closest(word: str, known: Words) -> list[str]:
 
     A reader of refused instructions tries many texts with the same words.
     """
-    return difflib.get_close_matches(word, known, n=1)
+    return difflib.get_close_matches(word, known, n=1, cutoff=_LEAST_SIMILARITY)
 
 
 def _suggestion(words: Words, coverages: Sequence[Coverage]) -> str:
@@ -176,5 +179,8 @@ def _suggestion(words: Words, coverages: Sequence[Coverage]) -> str:
     # An instruction may be any text at all, and difflib is quadratic.
     known = tuple(declared)
     close = [near for word in words[:50] for near in _closest(word[:64], known)]
-    shown = dict.fromkeys(close or sorted(declared))
-    return "nearest: " + ", ".join(f"`{word}` ({declared[word]})" for word in list(shown)[:8])
+    if close:
+        named = (f"`{word}` ({declared[word]})" for word in list(dict.fromkeys(close))[:8])
+        return f"nearest: {', '.join(named)}"
+    tasks = (str(one.entry.routed) for one in coverages)
+    return f"tasks here: {', '.join(list(dict.fromkeys(tasks))[:8])}"

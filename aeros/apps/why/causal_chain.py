@@ -370,6 +370,8 @@ def _goal(details: Mapping[str, Any]) -> str:
 
 
 def _shown(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
     return "unknown" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 

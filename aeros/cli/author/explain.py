@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from importlib import resources
 from pathlib import Path
@@ -12,7 +13,7 @@ from aeros.cli.arguments import add_command
 from aeros.cli.terminal.rendering import markdown_text, print_table
 from aeros.cli.terminal.streams import output_width, print_coloured, shows_colour
 from aeros.exit_codes import Exit
-from aeros.spec.diagnostics.codes import CODES, did_you_mean
+from aeros.spec.diagnostics.codes import CODES, DiagnosticCode, did_you_mean
 from aeros.spec.diagnostics.render import escape_invisible
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ _EXAMPLES = """\
 examples:
   aeros explain AE501                 the page of one code
   aeros explain invariant-violated    the same, by its name
+  aeros explain AE50                  the codes that begin so
   aeros explain                       all codes by group
 """
 
@@ -46,6 +48,9 @@ def _command(arguments: argparse.Namespace) -> Exit:
     asked = arguments.code.strip()
     slugs = {code.slug: code.id for code in CODES.values()}
     found = asked.upper() if asked.upper() in CODES else slugs.get(asked.lower())
+    if found is None and (group := _codes_that_begin(asked.upper())):
+        print_table(group)
+        return Exit.SUCCESS
     if found is None:
         near = did_you_mean(asked.upper().replace("O", "0").replace("I", "1"), CODES) or did_you_mean(
             asked.lower(), slugs
@@ -65,8 +70,17 @@ def _print_codes() -> None:
     """Print every code with its summary, by group."""
     for place, group in enumerate(dict.fromkeys(code.group for code in CODES.values())):
         print(f"\n{group}" if place else group)
-        rows = [(one.id, one.slug, one.summary) for one in CODES.values() if one.group == group]
-        print_table(rows, indent=2)
+        print_table([_row(one) for one in CODES.values() if one.group == group], indent=2)
+
+
+def _codes_that_begin(text: str) -> list[tuple[str, str, str]]:
+    """Return the codes that begin so, as `AE5` or `AE50x`; none for a text that is no such beginning."""
+    begin = re.fullmatch(r"(AE\d{0,2})X{0,3}", text)
+    return [] if begin is None else [_row(one) for one in CODES.values() if one.id.startswith(begin[1])]
+
+
+def _row(code: DiagnosticCode) -> tuple[str, str, str]:
+    return code.id, code.slug, code.summary
 
 
 def pages() -> Traversable:

@@ -20,7 +20,7 @@ from aeros.agent.world.values import to_exact, to_json_value
 from aeros.apps.goal import parse_goal, parse_value
 from aeros.cli.arguments import add_command, add_module_folders, existing_path, print_warning
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.terminal.rendering import table_lines
+from aeros.cli.terminal.rendering import number_text, table_lines
 from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import make_folder
@@ -343,4 +343,6 @@ def _format_parts(parts: list[dict[str, Any]], margin: str) -> Iterator[str]:
 
 
 def _format_value(value: Any) -> str:
+    if isinstance(value, float):
+        return number_text(value)
     return "unknown" if value is None else json.dumps(value)

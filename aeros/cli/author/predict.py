@@ -20,7 +20,7 @@ from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import add_module, read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.plant_argument import plant_name
-from aeros.cli.terminal.rendering import print_table
+from aeros.cli.terminal.rendering import number_text, print_table
 from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.sim.symbolic.state import initial_values
@@ -280,10 +280,14 @@ def _number(value: Fraction, rounding: str | None = None) -> dict[str, Any]:
     return {"exact": parts[0] if parts[1] == "1" else "/".join(parts), "decimal": decimal}
 
 
+def _shown(value: Any) -> str:
+    return number_text(value) if isinstance(value, float) else str(value).lower()
+
+
 def _print_text(one: dict[str, Any], *, is_first: bool) -> None:
     if not is_first:
         print()
-    start = ", ".join(f"{name} = {str(value).lower()}" for name, value in one["start"].items())
+    start = ", ".join(f"{name} = {_shown(value)}" for name, value in one["start"].items())
     head = f"{one['module']}.{one['task']} at {one['site']}, at most {one['replans_at_most']} re-plans"
     print_line(escape_invisible(head))
     print_line(escape_invisible(f"from {start}"))
@@ -295,4 +299,4 @@ def _print_text(one: dict[str, Any], *, is_first: bool) -> None:
 def _number_cells(number: dict[str, Any]) -> tuple[str, str]:
     """Return the decimal of a number, and its fraction where that is short."""
     exact = number["exact"]
-    return f"{number['decimal']:.15g}", f"= {exact}" if len(exact) <= _LONGEST_FRACTION else ""
+    return number_text(number["decimal"]), f"= {exact}" if len(exact) <= _LONGEST_FRACTION else ""

@@ -53,7 +53,13 @@ def _command(arguments: argparse.Namespace) -> Exit:
             for wheel in wheels:
                 print_line(str(shutil.copy(wheel, arguments.out)))
             return Exit.SUCCESS
-    except (MessageBuildError, OSError) as error:
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        place = error.filename or arguments.out
+        print(f"aeros: cannot write to `{place}`: {error.strerror}; choose another folder", file=sys.stderr)
+        return Exit.REJECTED
+    except MessageBuildError as error:
         print(f"aeros: {error}", file=sys.stderr)
         return Exit.REJECTED
     install = [sys.executable, "-m", "pip", "install", "--no-deps", "--force-reinstall", "-q"]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from aeros.cli.arguments import add_command, existing_path, writable_path
+from aeros.cli.arguments import add_command, existing_folder, existing_path, writable_path
 from aeros.cli.setting_defaults import inner_parsers
 from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
@@ -45,7 +45,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
     parser = all_parsers()
     for action in _actions(parser):
-        if action.type in (existing_path, writable_path, Path):
+        if action.type in (existing_folder, existing_path, writable_path, Path):
             # shtab looks for this attribute; argparse has no place for it.
             action.complete = shtab.FILE  # type: ignore[attr-defined]
     print_data(shtab.complete(parser, shell=arguments.shell))

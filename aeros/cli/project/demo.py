@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from aeros.cli.arguments import add_command
 from aeros.cli.plant_argument import best_plant
 from aeros.cli.terminal.streams import print_line
-from aeros.exit_codes import Exit
+from aeros.exit_codes import Exit, UsageError
 from aeros.spec.text.discovery import reference_modules_path, reference_site_path
 
 if TYPE_CHECKING:
@@ -49,6 +49,9 @@ def add_to(commands: Subparsers) -> None:
 def _command(arguments: argparse.Namespace) -> Exit:
     from aeros.cli.main import main  # which imports this module
 
+    out = arguments.out
+    if out is not None and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise UsageError(f"`{out}` is not an empty folder; give a new one with --out")
     modules = str(reference_modules_path())
     site = ["--site", str(reference_site_path())]
     run = ["run", arguments.instruction, "--ecms", modules, *site, "--plant", best_plant()]

@@ -32,6 +32,7 @@ from aeros.spec.theorems.theorem_folder import (
     witness_to_json,
     write_generated,
 )
+from aeros.worker_interrupts import deferred_interrupts, set_interrupt_handler
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -116,7 +117,8 @@ def _prove_all(folders: Sequence[Path], solver: str, update: bool, jobs: int) ->
     # Spawned, not forked: the caller may have threads, and a fork would copy their locks.
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), _end_when_interrupted)
     try:
-        running = [pool.submit(prove, group) for group in groups]
+        with deferred_interrupts():
+            running = [pool.submit(prove, group) for group in groups]
         for number, (group, proved) in enumerate(zip(groups, running, strict=True), 1):
             _progress(f"{number} of {len(groups)}, {_subject(group[0])}")
             yield from proved.result()
@@ -125,7 +127,7 @@ def _prove_all(folders: Sequence[Path], solver: str, update: bool, jobs: int) ->
 
 
 def _end_when_interrupted() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # end at once without a traceback; no result is lost
+    set_interrupt_handler(signal.SIG_DFL)  # end at once without a traceback; no result is lost
 
 
 def _subject(folder: Path) -> str:

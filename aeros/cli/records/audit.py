@@ -331,13 +331,20 @@ def _checked(log: Path, watch: RecordCheck) -> AuditReport:
 
 
 def _explained(log: Path, chain: AuditReport) -> AuditReport:
-    return chain if chain.is_sound else replace(chain, reason=explain_problem(log, chain.reason))
+    if not chain.is_sound:
+        return replace(chain, reason=explain_problem(log, chain.reason))
+    if not chain.records:
+        return replace(
+            chain, bad_record=0, reason="it holds no record: none was written, or all were removed"
+        )
+    return chain
 
 
 def _require_sound(chain: AuditReport) -> Exit:
     if chain.is_sound:
         return Exit.SUCCESS
-    print(f"aeros: the log is not sound and was read only up to there: {chain.reason}", file=sys.stderr)
+    upto = " and was read only up to there" if chain.records else ""
+    print(f"aeros: the log is not sound{upto}: {chain.reason}", file=sys.stderr)
     return Exit.REJECTED
 
 

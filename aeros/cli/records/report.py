@@ -104,7 +104,7 @@ def write_report(
     Returns:
         The exit code: rejected if the file cannot be written or the audit log is not sound.
     """
-    page = page_of(left, path.resolve().parent.name, sites, signed, film)
+    page = page_of(left, path.absolute().parent.name, sites, signed, film)
     try:
         replace_durably(path, page.encode("utf-8", "backslashreplace"))
     except OSError as error:

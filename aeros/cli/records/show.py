@@ -31,7 +31,7 @@ def add_filters(parser: argparse.ArgumentParser) -> None:
     Args:
         parser: Parser of the command.
     """
-    group = parser.add_argument_group("record filters (repeat an option for OR; different options are ANDed)")
+    group = parser.add_argument_group("filters (repeat one for OR; several are ANDed)")
     group.add_argument(
         "--decision", action="append", choices=("ALLOW", "ATTENUATE", "DENY"), help="with this decision"
     )

@@ -25,6 +25,7 @@ from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.queries import ContextSummary, EpisodeFilter, SkillSummary, open_memory_reader
 from aeros.cli.arguments import add_command
 from aeros.cli.help_text import WrappedEpilog
+from aeros.cli.terminal.rendering import number_text
 from aeros.cli.terminal.streams import print_data, print_line
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.grammar import counted
@@ -186,8 +187,13 @@ def _fact_text(value: Any) -> str:
 def _value_text(value: Any) -> str:
     """Write a value; a measured 0 is a value like any other."""
     if not isinstance(value, Mapping):
-        return value if isinstance(value, str) else json.dumps(value)
+        return value if isinstance(value, str) else _json_text(value)
     return ", ".join(f"{key} = {_value_text(one)}" for key, one in value.items())
+
+
+def _json_text(value: Any) -> str:
+    """Write a value as JSON has it, but a number rounded for people."""
+    return number_text(value) if isinstance(value, float) else json.dumps(value)
 
 
 def _format_summary(
@@ -200,7 +206,7 @@ def _format_summary(
         for each in one.contexts:
             yield escape_invisible(f"  {_success_text(each.record)} {_context_text(each)}")
         for inputs, record in one.inputs:
-            values = ", ".join(f"{name} = {json.dumps(value)}" for name, value in inputs.items())
+            values = ", ".join(f"{name} = {_json_text(value)}" for name, value in inputs.items())
             yield escape_invisible(f"  {_success_text(record)} with {values}")
         for kind, name, times in one.obstacles:
             yield escape_invisible(f"  prevented {counted(times, 'time')} by {kind} `{name}`")
@@ -222,7 +228,7 @@ def _context_text(one: ContextSummary) -> str:
     plant = f" on {one.plant}" if one.plant else ""
     if (context := one.context) is None:
         return f"in unknown contexts{plant}"
-    values = [f"{name} = {json.dumps(value)}" for name, value in context["predicates"].items()]
+    values = [f"{name} = {_json_text(value)}" for name, value in context["predicates"].items()]
     return f"in {context['task']}{plant}, by code {context['code'][:12]}" + (
         f", {', '.join(values)}" if values else ""
     )

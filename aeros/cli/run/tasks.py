@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -109,15 +110,21 @@ def _default(parameter: TaskParameter) -> Any:
 _LABEL_COLUMNS: Final = 7
 """Width of the labels, so that those of most tasks are the same."""
 
+_LONG_CHOICE: Final = re.compile(r"\(([^()|]*(?:\|[^()|]*){3})\|[^()]*\)")
+"""Choice of five words or more, as `(wash|clean|wipe|do|scrub)`; group 1 has the first four."""
+
 _MOST_WORDS: Final = 4
 """Phrases of one kind that are listed unless all are asked for."""
 
 
 def _phrases(phrases: Sequence[str], *, is_verbose: bool, between: str = ", ") -> str:
     """List phrases; or only the first, and count the others."""
-    if is_verbose or len(phrases) <= _MOST_WORDS + 1:
+    if is_verbose:
         return between.join(phrases)
-    return f"{between.join(phrases[:_MOST_WORDS])} and {len(phrases) - _MOST_WORDS} more"
+    if len(phrases) <= _MOST_WORDS + 1:
+        return between.join(_LONG_CHOICE.sub(r"(\1|…)", one) for one in phrases)
+    shown = (_LONG_CHOICE.sub(r"(\1|…)", one) for one in phrases[:_MOST_WORDS])
+    return f"{between.join(shown)} and {len(phrases) - _MOST_WORDS} more"
 
 
 def _list_tasks(configuration: Configuration, form: str, *, is_verbose: bool) -> None:

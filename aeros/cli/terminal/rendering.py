@@ -29,12 +29,15 @@ _STYLES: Final = {
     "warning": "bold yellow",
     "note": "bold cyan",
     "help": "bold green",
-    "gutter": "blue",
-    "secondary": "blue",
+    "gutter": "bold blue",  # plain blue is hard to read on black
+    "secondary": "bold blue",
     "good": "green",
     "bad": "bold red",
 }
 """Styles of rich by the role of a text."""
+
+_DIGITS: Final = 6
+"""Significant digits of a number that people read."""
 
 _GAP: Final = 2
 """Blanks between two columns of a table."""
@@ -45,6 +48,19 @@ LABEL_COLUMNS: Final = 9
 
 Cell = str | tuple[str, str]
 """Text of a cell of a table, or the text and the role that colours it."""
+
+
+def number_text(value: float) -> str:
+    """Round a number for people.
+
+    Args:
+        value: the number.
+
+    Returns:
+        Its text with six significant digits; with fifteen where six would make a probability of 1 of less.
+    """
+    text = f"{value:.{_DIGITS}g}"
+    return f"{value:.15g}" if text == "1" and value < 1 else text
 
 
 def table_lines(

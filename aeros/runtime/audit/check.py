@@ -192,7 +192,9 @@ def is_repair_note(record: Record) -> bool:
 
 
 def _unreadable(failure: OSError) -> AuditReport:
-    return AuditReport(0, GENESIS, 0, f"the log cannot be read: {failure}", DecisionCounts())
+    return AuditReport(
+        0, GENESIS, 0, f"the log cannot be read: {failure.strerror or failure}", DecisionCounts()
+    )
 
 
 def read_prefix(

@@ -11,6 +11,7 @@ import json
 from pathlib import Path
 from typing import Final
 
+from aeros.files import open_regular
 from aeros.spec.migrations.formats import AUDIT
 
 _MOST_VERSIONS: Final = 1000
@@ -28,7 +29,7 @@ def explain_problem(log: Path, problem: str) -> str:
         Cause and cure if the log has a newer version, else `problem`.
     """
     try:
-        with log.open("rb") as file:
+        with open_regular(log) as file:
             previous = json.loads(file.readline(_LONGEST_LINE))["previous"]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return problem

@@ -19,7 +19,7 @@ from aeros.runtime.registry.run_modules import (
     withdrawal_reason,
 )
 from aeros.runtime.registry.store import RegistrySnapshot
-from aeros.runtime.registry.stored_modules import policy_file, refusal
+from aeros.runtime.registry.stored_modules import policy_file, read_policy, refusal
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import InternalError, UserError
 from aeros.spec.elaborate.load import load_ecm, load_site
@@ -36,7 +36,6 @@ from aeros.spec.text.discovery import (
     module_folders,
     reference_modules_path,
 )
-from aeros.spec.text.site_layers import site_content
 from aeros.spec.verification.modules_with_settings import absent_module_problems
 from aeros.spec.verification.reports import Report
 
@@ -172,10 +171,7 @@ class FolderModules:
         if self._site is None:
             path = self._installed.site_file(snapshot)
             return path, snapshot.site or policy_file(path.read_bytes())
-        try:
-            policy = policy_file(site_content(self._site, self._site.read_bytes()))
-        except OSError as failure:
-            raise refusal("AE961", f"`{self._site}` cannot be read: {failure.strerror}") from failure
+        policy = policy_file(read_policy(self._site))
         if policy_in_force(snapshot, policy) != policy:
             raise refusal(
                 "AE960",

@@ -13,8 +13,8 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
-from aeros.files import open_regular
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files, stored_bundle
 from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.installed import InstalledModules, load_module
@@ -29,7 +29,7 @@ from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.requirements import require_installed
 from aeros.runtime.registry.shown_paths import shown_as
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
-from aeros.runtime.registry.stored_modules import policy_file, refusal
+from aeros.runtime.registry.stored_modules import policy_file, read_policy, refusal
 from aeros.runtime.registry.waiting_modules import WaitingModule, needs_one_of, reset_waiting
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean, quoted
@@ -42,10 +42,15 @@ from aeros.spec.model.configured import UNCONFIGURED, ModuleConfiguration
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
 from aeros.spec.text.discovery import MANIFEST
-from aeros.spec.text.files import MAX_BYTES, decode_source
-from aeros.spec.text.site_layers import site_content
+from aeros.spec.text.files import decode_source
 from aeros.spec.text.versions import parse_version
 from aeros.spec.verification.reports import Report
+
+_CURES_OF_NONE: Final = {
+    "block": "nothing is blocked",
+    "module": "no module is installed; `aeros activate --install FOLDER` installs one",
+}
+"""What is said of names of a kind of which there are none."""
 
 
 class Registry(InstalledModules):
@@ -255,7 +260,7 @@ class Registry(InstalledModules):
                 recorded.
         """
         with self._transactions.change_lock() as old:
-            content = site_content(site, _read_bytes(site))
+            content = read_policy(site)
             new = replace(old, site=policy_file(content), is_policy_set=True)
             with self._transactions.stored_policy(new, content) as path:
                 with shown_as(path, site):
@@ -453,16 +458,10 @@ def _require_upgrade(
         )
 
 
-def _read_bytes(path: Path) -> bytes:
-    try:
-        with open_regular(path) as file:
-            return file.read(MAX_BYTES + 1)  # more is refused as too large
-    except OSError as failure:
-        raise refusal("AE961", f"`{path}` cannot be read: {failure.strerror}") from failure
-
-
 def _unknown_name_error(what: str, name: str, known: Iterable[str], *cures: str) -> UserError:
     near = did_you_mean(name, known)
     names = ", ".join(f"`{one}`" for one in known)
-    cure = f"did you mean `{near}`?" if near else f"there is {names}" if names else "there is none"
+    verb = "is" if len(list(known)) == 1 else "are"
+    listed = f"there {verb} {names}" if names else _CURES_OF_NONE[what]
+    cure = f"did you mean `{near}`?" if near else listed
     return refusal("AE960", f"there is no {what} `{name}` here", cure, *cures)

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import Final
 
+from aeros.files import open_regular
 from aeros.runtime.registry.change_log import LOG, anchor_of
 from aeros.runtime.registry.operator_block import ModuleIdentity
 from aeros.runtime.registry.run_modules import blocks_in_force
@@ -21,6 +22,8 @@ from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
 from aeros.spec.text.discovery import reference_site_path
+from aeros.spec.text.files import MAX_BYTES
+from aeros.spec.text.site_layers import site_content
 
 _FOLDER: Final = "registry"
 
@@ -225,6 +228,26 @@ def policy_file(content: bytes) -> str:
         The path, relative to the registry's folder.
     """
     return f"policies/{file_digest(content)}.yaml"
+
+
+def read_policy(site: Path) -> bytes:
+    """Read a site file as a registry stores it.
+
+    Args:
+        site: the file.
+
+    Returns:
+        Its content, with everything that it is based on if it is an overlay; of a file that is too large,
+        one byte more than any site may have.
+
+    Raises:
+        UserError: it cannot be read, or is not a regular file.
+    """
+    try:
+        with open_regular(site) as file:
+            return site_content(site, file.read(MAX_BYTES + 1))
+    except OSError as failure:
+        raise refusal("AE961", f"`{site}` cannot be read: {failure.strerror}") from failure
 
 
 def refusal(code: str, headline: str, *cures: str) -> UserError:

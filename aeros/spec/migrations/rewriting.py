@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from itertools import islice
 from pathlib import PurePath
 from typing import Any, Final
 
@@ -133,7 +134,10 @@ def _version(text: str, format_: Format, path: PurePath) -> int | None:
         schema = schema_of(text, str(path))
         return None if schema is None else format_.version_from_schema(schema[0])
     if format_.kind is Kind.JSON_LINES:
-        return _oldest(format_.version_of(line) for line in _lines(text))
+        lines = _lines(text)
+        if "schema" in format_.keys:  # the first line has it for all of the file
+            lines = islice(lines, 1)
+        return _oldest(format_.version_of(line) for line in lines)
     return format_.version_of(_parsed(text))
 
 

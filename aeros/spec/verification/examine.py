@@ -56,6 +56,7 @@ from aeros.spec.verification.reports import (
     SubjectReport,
     conclusion_of,
 )
+from aeros.worker_interrupts import deferred_interrupts, set_interrupt_handler
 
 
 def examine_site(
@@ -287,7 +288,9 @@ def examine_modules_in_processes(
     arguments = (site, settings, rlimit, seconds, surroundings)
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), _init_worker, arguments)
     try:
-        yield from pool.map(_verify_in_worker, folders, chunksize=4)
+        with deferred_interrupts():
+            found = pool.map(_verify_in_worker, folders, chunksize=4)
+        yield from found
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
@@ -299,7 +302,7 @@ def _init_worker(
     seconds: float,
     surroundings: Surroundings,
 ) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process gets the signal and stops the others
+    set_interrupt_handler(signal.SIG_IGN)  # the parent process gets the signal and stops the others
     site = elaborate_source(source, Diagnostics())
     if site is not None:
         _WORKER_STATE["site"] = (

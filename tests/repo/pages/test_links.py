@@ -4,14 +4,17 @@ import re
 from pathlib import Path
 from types import SimpleNamespace
 from urllib.parse import unquote
+from xml.etree import ElementTree
 
 import pytest
 
 from aeros.distribution import repository
 from tests.repo.tree import ROOT, markdown, prose_of, text_of
+from tools.draw_diagrams import FOLDER, finish, source_mark
 from tools.site_links import on_page_markdown
 
 _LINK = re.compile(r"(?<!!)\[[^\]]*\]\(([^)\s]+)\)|!\[[^\]]*\]\(([^)\s]+)\)")
+DIAGRAMS = sorted(FOLDER.glob("*.mmd"))
 _PAGE_IN_CODE = re.compile(r"docs/[\w./-]+\.md")
 
 
@@ -108,3 +111,22 @@ def test_a_link_out_of_the_pages_leads_to_the_repository(page: str, link: str, t
         files=_FILES,
     )
     assert text == f"see [it]({target}), ![picture](clips/x.webp)"
+
+
+@pytest.mark.parametrize("text", DIAGRAMS, ids=lambda text: text.stem)
+def test_a_picture_is_that_of_its_text_and_on_a_page(text: Path) -> None:
+    drawn = text.with_suffix(".svg").read_text(encoding="utf-8")
+    assert source_mark(text.read_text(encoding="utf-8")) in drawn, "python -m tools.draw_diagrams"
+    root = ElementTree.fromstring(drawn)  # noqa: S314  a file of the repository
+    assert float(root.attrib["width"]) <= 850, "wider than a page: its words would be too small"
+    assert 'fill="white"' in drawn
+    assert any(f"](diagrams/{text.stem}.svg)" in page.read_text() for page in (ROOT / "docs").glob("*.md"))
+
+
+def test_all_pictures_have_a_text() -> None:
+    assert {path.stem for path in FOLDER.glob("*.svg")} == {path.stem for path in DIAGRAMS}
+
+
+def test_a_picture_without_a_size_is_refused() -> None:
+    with pytest.raises(ValueError, match="no viewBox"):
+        finish("<svg></svg>", "flowchart LR")

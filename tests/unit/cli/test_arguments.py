@@ -15,6 +15,7 @@ from aeros.cli.arguments import (
     add_module_folders,
     add_signature_check,
     available_cpus,
+    existing_folder,
     existing_path,
     film_path,
     mcap_path,
@@ -53,10 +54,19 @@ def test_folders_of_modules_add_up(tmp_path: Path) -> None:
 
 def test_a_path_that_exists(tmp_path: Path) -> None:
     assert existing_path(str(tmp_path)) == tmp_path
-    with pytest.raises(ArgumentTypeError, match="No such file or directory"):
+    with pytest.raises(ArgumentTypeError, match="no file or folder"):
         existing_path(str(tmp_path / "none"))
     with pytest.raises(ArgumentTypeError, match="not a path"):
         existing_path("a\x00b")
+    with pytest.raises(ArgumentTypeError, match="the path is empty"):
+        existing_path("")
+
+
+def test_a_folder_that_exists(tmp_path: Path) -> None:
+    assert existing_folder(str(tmp_path)) == tmp_path
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(ArgumentTypeError, match="is a file; give a folder"):
+        existing_folder(str(tmp_path / "file"))
 
 
 def test_a_path_at_which_a_file_can_be(tmp_path: Path) -> None:
@@ -65,6 +75,11 @@ def test_a_path_at_which_a_file_can_be(tmp_path: Path) -> None:
         writable_path(str(tmp_path))
     with pytest.raises(ArgumentTypeError, match="its folder does not exist"):
         writable_path(str(tmp_path / "none" / "new"))
+    for name in ("ecm.yaml", "audit.jsonl", "skills.py"):
+        assert writable_path(str(tmp_path / name)) == tmp_path / name
+        (tmp_path / name).write_bytes(b"")
+        with pytest.raises(ArgumentTypeError, match="would be overwritten; name another file"):
+            writable_path(str(tmp_path / name))
 
 
 def test_a_film_is_written_into_a_folder_that_exists(tmp_path: Path) -> None:

@@ -71,7 +71,7 @@ def test_an_argument_after_two_dashes_is_no_option(
         main(["graph", "--", "--what"])
     assert ended.value.code == Exit.USAGE
     message = capsys.readouterr().err
-    assert "argument MODULE: `--what`: No such file or directory" in message
+    assert "argument MODULE: no file or folder `--what`" in message
     assert "was renamed" not in message
     Path("--what").mkdir()
     assert main(["graph", "--", "--what"]) == Exit.REJECTED

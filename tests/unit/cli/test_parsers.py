@@ -32,6 +32,11 @@ def ended(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[object,
         (["xyzzy"], "aeros: error: no command `xyzzy`"),
         (["run", "--sede", "3"], "aeros run: error: unrecognized arguments: --sede; did you mean `--seed`?"),
         (["run", "--colour-of-sky"], "aeros run: error: unrecognized arguments: --colour-of-sky"),
+        (
+            ["verify", "--formt", "json"],
+            "aeros verify: error: unrecognized arguments: --formt; did you mean `--format`?",
+        ),
+        (["run", "--see=x"], "aeros run: error: argument --seed: expected a whole number from 0 to 2^63 - 1"),
         (["run", "one", "two"], "aeros run: error: unrecognized arguments: two"),
         (["verify", "ecms", "--format", "jsn"], "did you mean `json`?"),
         (["audit", "showw", "x"], "did you mean `show`?"),
@@ -61,6 +66,7 @@ def test_help_is_of_all_commands_a_group_a_command_or_one_inside_it(
     assert "run: run instructions" in shown["help run"]
     assert "aeros audit show" in shown["help audit show"]
     assert ended(["-V"], capsys)[1].startswith("aeros ")
+    assert ended(["version"], capsys) == ended(["-V"], capsys)
 
 
 def test_a_command_is_parsed_and_called() -> None:

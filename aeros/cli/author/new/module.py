@@ -14,7 +14,7 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Final
 
-from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.arguments import add_command, existing_folder, existing_path
 from aeros.cli.author.new.naming import MOST_CHARACTERS, identifier, runtime_range
 from aeros.exit_codes import Exit
 from aeros.files import temporary_folder
@@ -59,7 +59,7 @@ def add_to(kinds: Subparsers) -> None:
     parser = add_command(kinds, "ecm", "create a capability module with tests", _EXAMPLES)
     parser.add_argument("name", type=identifier, metavar="NAME", help="name of the module and of its folder")
     parser.add_argument(
-        "--parent", type=existing_path, default=Path(), metavar="FOLDER", help="default: here"
+        "--parent", type=existing_folder, default=Path(), metavar="FOLDER", help="default: here"
     )
     parser.add_argument(
         "--site",

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 import aeros
 from aeros import distribution
-from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.arguments import add_command, existing_folder, existing_path
 from aeros.cli.author.new.naming import identifier, runtime_range
 from aeros.cli.project_settings import find_settings
 from aeros.cli.terminal.streams import print_line
@@ -89,7 +89,7 @@ def add_to(kinds: Subparsers) -> None:
 
 def _add_parent(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--parent", type=existing_path, default=Path(), metavar="FOLDER", help="default: here"
+        "--parent", type=existing_folder, default=Path(), metavar="FOLDER", help="default: here"
     )
 
 

@@ -30,6 +30,13 @@ def test_a_near_miss_is_asked_about(asked: str, suggested: str, capsys: pytest.C
     assert capsys.readouterr().err == f"aeros: there is no code `{asked}`; did you mean `{suggested}`?\n"
 
 
+@pytest.mark.parametrize("asked", ["AE50", "ae50", "AE50x"])
+def test_the_beginning_of_codes_lists_them(asked: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", asked]) == Exit.SUCCESS
+    listed = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert listed == [f"AE50{number}" for number in range(1, 10)]
+
+
 def test_a_name_without_near_misses_is_shown_harmlessly(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", "\x1b[31mwhat"]) == Exit.USAGE
     assert "\\x1b[31mwhat" in capsys.readouterr().err

@@ -174,7 +174,7 @@ def test_a_plan_from_elsewhere_is_judged(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["check", "no.plan", "make dumplings"], "the plan to check: `no.plan`: No such file or directory"),
+        (["check", "no.plan", "make dumplings"], "the plan to check: no file or folder `no.plan`"),
         (["check", "ecms"], "give an instruction or --goal"),
         (["make", "dumplings"], 'an instruction is one argument: "make dumplings"'),
         (["make dumplings", "--every-step"], "--every-step requires `check FILE`"),

@@ -207,7 +207,7 @@ def test_a_path_that_is_not_there_is_a_usage_error(module: Path, capsys: pytest.
         with pytest.raises(SystemExit) as ended:
             main(arguments)
         assert ended.value.code == Exit.USAGE
-        assert f"`{nowhere}`: No such file or directory" in capsys.readouterr().err
+        assert f"no file or folder `{nowhere}`" in capsys.readouterr().err
     assert not (module / LOCK).exists()
 
 

@@ -13,6 +13,7 @@ from rich.cells import cell_len
 
 from aeros.cli.terminal.rendering import (
     markdown_text,
+    number_text,
     paint,
     painter,
     print_diagnostics,
@@ -193,3 +194,17 @@ def test_diagnostics_fit_the_terminal_of_standard_error(monkeypatch: pytest.Monk
         "",
         "next",
     ]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.20000000000000001, "0.2"),
+        (1.0, "1"),
+        (3.29816376024958, "3.29816"),
+        (1.87315504049917e-07, "1.87316e-07"),
+        (0.999999812684496, "0.999999812684496"),
+    ],
+)
+def test_a_number_is_rounded_but_no_probability_to_one(value: float, text: str) -> None:
+    assert number_text(value) == text

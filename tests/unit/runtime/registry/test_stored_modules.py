@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+from pathlib import Path
 
 import pytest
 
 from aeros.runtime.registry.operator_block import ModuleIdentity, OperatorBlock
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.stored_modules import StoredModules
+from aeros.runtime.registry.stored_modules import StoredModules, read_policy
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.policy import OperatorOverride
 from tests.unit.runtime.registry.conftest import Author
@@ -20,6 +22,15 @@ def test_a_database_that_is_none_is_refused(registry: Registry) -> None:
     )
     with pytest.raises(UserError, match="AE965"):
         registry.snapshot()
+
+
+def test_a_policy_is_read_from_a_regular_file_alone(tmp_path: Path) -> None:
+    (tmp_path / "site.yaml").write_bytes(b"schema: aeros/site/1\n")
+    assert read_policy(tmp_path / "site.yaml") == b"schema: aeros/site/1\n"
+    os.mkfifo(tmp_path / "pipe")  # which would be waited for
+    for path, why in (("pipe", "it is not a regular file"), ("none", "No such file"), ("", "regular file")):
+        with pytest.raises(UserError, match=why):
+            read_policy(tmp_path / path)
 
 
 def test_capabilities_say_who_can_do_what(registry: Registry, write: Author) -> None:

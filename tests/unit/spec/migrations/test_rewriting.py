@@ -82,6 +82,14 @@ def test_lines_are_as_old_as_the_oldest() -> None:
         rewrite(PurePath("trials.jsonl"), text + '{"schema": "aeros/other/1"}\n', two)
 
 
+def test_a_schema_of_the_first_line_is_that_of_the_file() -> None:
+    text = '{"schema":"aeros/poses/1","actors":[]}\n{"t":0.0333}\n'
+    path = PurePath("poses.jsonl")
+    found = format_of(path, text)
+    assert found is not None
+    assert (found.name, rewrite(path, text, found).text) == ("poses", text)
+
+
 def test_a_file_without_its_schema_is_not_migrated() -> None:
     with pytest.raises(UnmigratableError, match="`aeros/ecm/2`"):
         rewrite(MANIFEST, "id: it\n", formats.ECM)

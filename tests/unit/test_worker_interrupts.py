@@ -1,0 +1,57 @@
+"""Ctrl-C is held back while worker processes start, and none of them shows a traceback."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from aeros.worker_interrupts import deferred_interrupts, set_interrupt_handler
+
+CHILD = """
+import signal, sys, time
+time.sleep(0.3)  # as long as imports take
+from aeros.worker_interrupts import set_interrupt_handler
+print("begins", flush=True)
+set_interrupt_handler(signal.{handler})
+time.sleep(0.2)
+print("goes on")
+"""
+
+
+@pytest.mark.parametrize(
+    ("handler", "out", "code"), [("SIG_IGN", "begins\ngoes on\n", 0), ("SIG_DFL", "begins\n", -2)]
+)
+def test_a_process_that_is_interrupted_while_it_imports_shows_no_traceback(
+    handler: str, out: str, code: int
+) -> None:
+    with deferred_interrupts():
+        child = subprocess.Popen(
+            [sys.executable, "-c", CHILD.format(handler=handler)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    time.sleep(0.1)
+    child.send_signal(signal.SIGINT)
+    shown, errors = child.communicate(timeout=30)
+    assert (shown, errors, child.returncode) == (out, "", code)
+
+
+def test_an_interrupt_is_delivered_after() -> None:
+    held = []
+    former = signal.signal(signal.SIGINT, lambda *_: held.append("delivered"))
+    try:
+        with deferred_interrupts():
+            os.kill(os.getpid(), signal.SIGINT)
+            held.append("held back")
+        assert held == ["held back", "delivered"]
+        set_interrupt_handler(signal.SIG_IGN)
+        os.kill(os.getpid(), signal.SIGINT)
+    finally:
+        signal.signal(signal.SIGINT, former)
+    assert held == ["held back", "delivered"]
