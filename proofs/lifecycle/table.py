@@ -126,7 +126,7 @@ def _policy_obligation(code: ModuleSource) -> SymbolicFunction:
         registry = code.module(
             REGISTRY,
             using=(lifecycle, records, waiting_modules),
-            _read_bytes=lambda _: b"",
+            read_policy=lambda _: b"",
             policy_file=lambda _: "site",
             file_digest=lambda _: "digest",
             shown_as=lambda *_: nullcontext(),

@@ -11,10 +11,12 @@ from aeros.runtime.gate.decision import Reason
 from aeros.runtime.gate.value_check import value_checkers
 from aeros.runtime.ports import ColumnNames, Reading
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.scope import ExpressionTypeError
+from aeros.spec.expr.syntax import Name, TextRange
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.variables import Declared
-from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs
 from aeros.spec.theorems.smtlib import smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
@@ -27,6 +29,8 @@ _CODEGEN: Final = "aeros.runtime.gate.compiled.codegen"
 _MONITOR: Final = "aeros.runtime.monitor.monitor"
 _PERCEPTION: Final = "aeros.spec.elaborate.perception"
 _SITE: Final = "aeros.spec.model.site"
+_DEFINITIONS: Final = "aeros.spec.elaborate.definitions"
+_NAME_RESOLUTION: Final = "aeros.spec.expr.typecheck.name_resolution"
 _STEP: Final = "aeros.runtime.execution.step"
 
 _OWN: Final = "kettle.hot"
@@ -299,7 +303,7 @@ def _scope(code: ModuleSource) -> TheoremObligation:
         site = SimpleNamespace(
             state={"near": "declared", **shared, **({_OWN: "declared"} if ask("installed") else {})},
             perception=SimpleNamespace(shared=shared, public=ask("allowed")),
-            **{vocabulary: {} for vocabulary in ("enums", "constants", "volumes", "kinds")},
+            **{vocabulary: {} for vocabulary in ("enums", "constants", "volumes", "kinds", "definitions")},
             joint_rules=(),
         )
         ecm = SimpleNamespace(
@@ -318,6 +322,60 @@ def _scope(code: ModuleSource) -> TheoremObligation:
         "module requires the other, and the site shares it, or allows public ones and it is public.",
         _bools("shared", "required", "installed", "public", "allowed"),
         "(= named (and required (or shared (and public allowed))))",
+        tables=(SymbolicFunction("named", "Bool", execute_symbolically(run)),),
+    )
+
+
+_READS_BOTH: Final = t.And(tuple(t.Variable(name, BOOL, t.VariableRole.STATE) for name in ("near", _OWN)))
+"""Condition of a definition of the site, `busy`."""
+
+
+def _adoption(code: ModuleSource) -> TheoremObligation:
+    definitions = code.module(_DEFINITIONS, replace=lambda site, state: site)
+
+    def run(ask: DecideBranch) -> str:
+        install_stubs(definitions, {"_texts": lambda _: ["busy"] if ask("mentioned") else []})
+        readable = {"near": False, **({_OWN: ask("recalled")} if ask("readable") else {})}
+        site = SimpleNamespace(
+            state={
+                name: SimpleNamespace(name=name, is_recalled=is_recalled, max_age=1)
+                for name, is_recalled in readable.items()
+            },
+            definitions={"busy": SimpleNamespace(term=_READS_BOTH, span=None)},
+        )
+        ecm = SimpleNamespace(id=SimpleNamespace(value="m"))
+        return smt_literal("m.busy" in definitions.adopted_definitions(ecm, site).predicates)
+
+    return TheoremObligation(
+        "`adopted_definitions` makes a predicate of a module out of a definition of the site exactly where\n"
+        "the module mentions it, and may read all that the definition reads, and none of it is from memory.",
+        _bools("mentioned", "readable", "recalled"),
+        "(= adopted (and mentioned readable (not recalled)))",
+        tables=(SymbolicFunction("adopted", "Bool", execute_symbolically(run)),),
+    )
+
+
+def _definition(code: ModuleSource) -> TheoremObligation:
+    resolution = code.module(_NAME_RESOLUTION)
+
+    def run(ask: DecideBranch) -> str:
+        names = ("near", *((_OWN,) if ask("readable") else ()))
+        scope = SimpleNamespace(
+            variables={f"as {name}": SimpleNamespace(name=name) for name in names},
+            constants={},
+            definitions={"busy": _READS_BOTH},
+        )
+        try:
+            found, _ = resolution.resolve_name(Name("busy", TextRange(0, 4)), scope, {}, None)
+        except ExpressionTypeError:
+            return "false"
+        return smt_literal(found is _READS_BOTH)
+
+    return TheoremObligation(
+        "`resolve_name` puts the condition of a definition of the site for its name exactly where all that\n"
+        "it reads may be read, so in Φ exactly where Φ may read that.",
+        _bools("readable"),
+        "(= named readable)",
         tables=(SymbolicFunction("named", "Bool", execute_symbolically(run)),),
     )
 
@@ -384,6 +442,7 @@ def _perception_module(code: ModuleSource) -> ModuleType:
         replace=replaced,
         elaborate_module_variable=lambda *_: SimpleNamespace(),
         enums_of_modules=_no_enums,
+        adopted_definitions=lambda _, site: SimpleNamespace(predicates={}, definitions={}, site=site),
     )
 
 
@@ -479,6 +538,8 @@ THEOREM = Theorem(
         "own-snapshot": _own_snapshot,
         "monitor": _monitor,
         "scope": _scope,
+        "adoption": _adoption,
+        "definition": _definition,
         "observation": _observation,
         "bound-observation": _bound_observation,
         "invariants": _invariants,
@@ -549,6 +610,27 @@ THEOREM = Theorem(
             _MONITOR,
             "if not self._is_usable(name, value, now) and not _is_unread(name, watches):",
             "if not self._is_usable(name, value, now):",
+        ),
+        Mutant(
+            "adopts-what-reads-another-module",
+            "adoption",
+            _DEFINITIONS,
+            "read = t.variables_of(definition.term)",
+            "read = {one: None for one in t.variables_of(definition.term) if one in readable}",
+        ),
+        Mutant(
+            "adopts-what-reads-the-memory",
+            "adoption",
+            _DEFINITIONS,
+            "for one in site.state.values() if not one.is_recalled}",
+            "for one in site.state.values()}",
+        ),
+        Mutant(
+            "names-what-reads-another-module",
+            "definition",
+            _NAME_RESOLUTION,
+            "hidden = [name for name in t.variables_of(term) if name not in readable]",
+            "hidden = [] if t.variables_of(term).keys() & readable else [*t.variables_of(term)]",
         ),
         Mutant(
             "reads-what-is-shared-with-others",

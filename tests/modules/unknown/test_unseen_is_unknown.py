@@ -9,7 +9,7 @@ import pytest
 
 from aeros.perception import Picture
 from tests.modules.looking import Watched, as_picture
-from tests.modules.test_unknown_values import OBSERVED, module
+from tests.modules.unknown.test_unknown_values import OBSERVED, module
 from tests.shipped_scenes import overhead
 
 OF_THE_PICTURE: Final = {
