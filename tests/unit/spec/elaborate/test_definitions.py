@@ -170,6 +170,19 @@ def test_a_faulty_definition_of_a_site_is_the_only_fault(
     assert [one.headline for one in sink] == ([] if expected is None else [expected])
 
 
+def test_a_module_with_predicates_of_the_site_has_no_name_of_a_variable(tmp_path: Path) -> None:
+    _, problems, _ = adopting_module(tmp_path, id="person_distance")
+    assert problems == ["`person_distance` is already a state variable of this site"]
+
+
+def test_a_site_shares_nothing_of_a_module_with_the_name_of_a_parameter(tmp_path: Path) -> None:
+    shared = "  perception: {shared: {speed.x: {type: bool, max_age: 1 s}}}\n"
+    (tmp_path / "site.yaml").write_text(SITE.read_text() + shared)
+    sink = Diagnostics()
+    load_site(tmp_path / "site.yaml", sink)
+    assert [one.headline for one in sink] == ["`speed` is already a parameter of `move`"]
+
+
 def test_a_misspelt_definition_is_named(tmp_path: Path) -> None:
     _, problems, _ = adopting_module(tmp_path, goal="work_is_opne")
     assert problems == ["`work_is_opne` is not declared here"]
