@@ -183,6 +183,21 @@ def test_a_site_shares_nothing_of_a_module_with_the_name_of_a_parameter(tmp_path
     assert [one.headline for one in sink] == ["`speed` is already a parameter of `move`"]
 
 
+@pytest.mark.parametrize(
+    ("effects", "codes"),
+    [
+        ("work_is_open: true, lamp_on: false", ["AE513"]),
+        ("work_is_open: true, person_is_near: true", ["AE513", "AE513"]),  # each excludes the other
+        ("work_is_open: true, lamp_on: true, person_is_near: false", []),
+    ],
+)
+def test_an_outcome_declares_no_state_that_definitions_exclude(
+    effects: str, codes: list[str], tmp_path: Path
+) -> None:
+    adopting_module(tmp_path, effects=f"{{{effects}}}}}")
+    assert conclusions(tmp_path / ADOPTING.name) == ("rejected" if codes else "proved", codes)
+
+
 def test_a_misspelt_definition_is_named(tmp_path: Path) -> None:
     _, problems, _ = adopting_module(tmp_path, goal="work_is_opne")
     assert problems == ["`work_is_opne` is not declared here"]
