@@ -114,13 +114,13 @@ def _definitions_agree(
             yield StaticClaim(claim_id, _undeclared(word, span, skill, outcome, shown))
             continue
         read = t.variables_of(term).keys()
-        beside = [one for one, each in stated.items() if one != name and read & t.variables_of(each).keys()]
-        if name not in decided and not beside and read.isdisjoint(settled):
+        related = [one for one, each in stated.items() if one != name and read & t.variables_of(each).keys()]
+        if name not in decided and not related and read.isdisjoint(settled):
             continue  # nothing that the outcome states bears on it
         is_true = outcome.effects[name]
         holds = [
             t.substitute(stated[one] if outcome.effects[one] else t.Not(stated[one]), settled)
-            for one in (name, *beside)
+            for one in (name, *related)
         ]
         yield Obligation(
             id=claim_id,
