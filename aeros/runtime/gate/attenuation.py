@@ -40,7 +40,7 @@ def attenuate_parameters(
         terms = rule.attenuations[kind]
         reductions = {name: cast("Fraction", evaluate(lower(term), exact)) for name, term in terms.items()}
         for name, value in reductions.items():
-            if f"{name}.x" in exact:
+            if isinstance(parameters[name], list | tuple):
                 parts = _shortened(name, value, exact)
                 reduced[name] = tuple(map(float, parts.values()))
                 exact |= parts

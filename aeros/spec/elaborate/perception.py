@@ -60,10 +60,13 @@ def elaborate_shared_variables(
         The variables by full name, as the site declares them.
     """
     shared: dict[str, Declared] = {}
+    used = dict(vocabulary.used_names)
+    for kind in vocabulary.kinds.values():
+        used |= dict.fromkeys(kind.parameters, f"a parameter of `{kind.name}`")
     for name, quantity in () if policy is None else policy.shared:
         module = name.value.partition(".")[0]
-        if module in vocabulary.used_names:
-            diagnostics.error("AE121", f"`{module}` is already {vocabulary.used_names[module]}", name.span)
+        if module in used:
+            diagnostics.error("AE121", f"`{module}` is already {used[module]}", name.span)
         variable = elaborate_module_variable(name.value, quantity, vocabulary.enums, diagnostics)
         if variable is not None:
             shared[name.value] = replace(variable, span=name.span)
@@ -218,6 +221,8 @@ class ModulePerception:
             )
         adopted = adopted_definitions(ecm, self.site)
         self.site = adopted.site
+        if adopted.predicates and not _has_variables(ecm):  # else its name is checked above
+            check_name_is_free(ecm.id, meanings_of_names(site), "module", diagnostics)
         written = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
         self.definitions = adopted.definitions | elaborate_definitions(ecm, own, self.site, diagnostics)
         declared_here = dict.fromkeys(name.value for name, _ in ecm.state)
@@ -235,7 +240,7 @@ class ModulePerception:
     def _variables(self, ecm: declared_ecm.Ecm, site: Site, used: dict[str, str]) -> dict[str, Declared]:
         """Elaborate the module's variables, by short name; `used` receives the names."""
         own: dict[str, Declared] = {}
-        if ecm.state or any(one.parameters for _, one in ecm.tasks):
+        if _has_variables(ecm):
             check_name_is_free(ecm.id, used, "module", self._diagnostics)
         used |= {name.value: "a module that this one requires" for name, _ in ecm.dependencies.modules}
         used[self._module] = "the name of this module"
@@ -483,3 +488,7 @@ def _parameters_read(perceiver: declared.Perceiver, names: BoundNames, site: Sit
     if OBJECTS in read and site.objects:
         constants[OBJECTS] = {name: kind.for_perceivers() for name, kind in site.objects.items()}
     return constants
+
+
+def _has_variables(ecm: declared_ecm.Ecm) -> bool:
+    return bool(ecm.state) or any(one.parameters for _, one in ecm.tasks)

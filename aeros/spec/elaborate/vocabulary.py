@@ -30,6 +30,9 @@ from aeros.spec.model.task_parameters import OBJECTS
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, TextField
 
+_ALONE: Final = re.compile(
+    r"(?<![\w.])[A-Za-z_]\w*(?![\w.])"
+)  # not a part of another name, as in `kettle.hot`
 _STILL: Final = frozenset({"stop", "wait", "look"})
 """Simulated actions that move nothing."""
 
@@ -99,15 +102,20 @@ def elaborate_site_definitions(
         diagnostics: receives the faults.
     """
     readable = replace(vocabulary, state={**vocabulary.state, **shared})
-    later = [name.value for name, _ in site.definitions]
-    for name, condition in site.definitions:
-        below = [one for one in later if re.search(rf"\b{one}\b", condition.value)]
-        if below:
+    names = [name.value for name, _ in site.definitions]
+    for number, (name, condition) in enumerate(site.definitions):
+        words = set(_ALONE.findall(condition.value))
+        if name.value in words:
+            headline = f"`{name.value}` is defined by itself"
+            diagnostics.error("AE202", headline, condition.span, help=("leave it out",))
+            continue
+        if below := [one for one in names[number + 1 :] if one in words]:
             headline = f"`{name.value}` uses `{below[0]}`, which is not defined above it"
-            help_ = "a definition may use those above it" if below[0] != name.value else "leave it out"
+            help_ = "a definition may use those above it"
             diagnostics.error("AE202", headline, condition.span, help=(help_,))
             continue
-        later.remove(name.value)
+        if any(one in words for one in names[:number] if one not in vocabulary.definitions):
+            continue  # its own faults show when that definition is right
         term = elaborate_expression(condition, state_scope(readable), diagnostics)
         if term is not None and not t.variables_of(term):
             headline = f"`{name.value}` reads no state variable, so it never changes"

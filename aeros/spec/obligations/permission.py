@@ -232,7 +232,7 @@ def _actuators_permitted(ecm: Ecm, skill: Skill) -> StaticClaim:
             "AE402",
             f"`{skill.id}` moves {_join_names(excess)}, which `{ecm.id}` has no permission for",
             SpanLabel(skill.span),
-            help=("add it to `permissions.actuators`, or remove it from the skill",),
+            help=(f"add {_join_names(excess)} to `permissions.actuators`, or remove it from the skill",),
         ),
     )
 

@@ -243,7 +243,11 @@ def _attenuation_obligations(
         conclusion=_reduction_is_smaller(kind, reduced),
         headline=f"the attenuation of `{rule.id}` can enlarge or reverse a parameter of `{kind.name}`",
         primary=SpanLabel(rule.span, "enlarges a parameter, reverses its sign, or leaves its range"),
-        help=("as in `speed: min(speed, 250 mm/s)`",),
+        help=(
+            "let the ranges of its vectors include 0"
+            if all(isinstance(kind.parameters[name].variable.type, VectorType) for name in reduced)
+            else "as in `speed: min(speed, 250 mm/s)`",
+        ),
     )
 
 

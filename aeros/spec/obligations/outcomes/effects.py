@@ -91,37 +91,48 @@ def _stays_in_range(
 def _definitions_agree(
     ecm: Ecm, site: Site, skill: Skill, outcome: Outcome
 ) -> Iterator[Obligation | StaticClaim]:
-    """Claim that the outcome declares each predicate that its changes of quantities decide, and truly."""
+    """Claim that the outcome declares each predicate that its changes of quantities decide, and truly.
+
+    And that no other effect, and no other predicate that it declares, excludes the value that it declares.
+    """
     definitions = {name: one for owner in ecm.with_owners for name, one in owner.definitions.items()}
     counted = {name for name, effect in outcome.effects.items() if isinstance(effect, Increment)}
     changed = {one.variable for one in outcome.ranges} | counted
     shown = sorted(name.removeprefix(f"{ecm.id}.") for name in counted)
     within = [one.term(site.state[one.variable].variable) for one in outcome.ranges]
-    declared = {
+    settled = {
         name: effect_term(effect, site.state[name].variable)
         for name, effect in outcome.effects.items()
-        if name in definitions
+        if not isinstance(effect, Increment)
     }
-    for name in _names_defined_by(definitions, changed):
+    stated = {name: one.term for name, one in definitions.items() if name in outcome.effects}
+    decided = _names_defined_by(definitions, changed)
+    for name in (*decided, *(one for one in stated if one not in decided)):
         claim_id = ClaimForm.RANGE_AGREES(skill.id, outcome.id, name)
         term, span, word = definitions[name].term, definitions[name].span, name.removeprefix(f"{ecm.id}.")
         if name not in outcome.effects:
             yield StaticClaim(claim_id, _undeclared(word, span, skill, outcome, shown))
             continue
-        others = {one: value for one, value in declared.items() if one != name}
-        holds = t.substitute(term, others)
+        read = t.variables_of(term).keys()
+        related = [one for one, each in stated.items() if one != name and read & t.variables_of(each).keys()]
+        if name not in decided and not related and read.isdisjoint(settled):
+            continue  # nothing that the outcome states bears on it
         is_true = outcome.effects[name]
+        holds = [
+            t.substitute(stated[one] if outcome.effects[one] else t.Not(stated[one]), settled)
+            for one in (name, *related)
+        ]
         yield Obligation(
             id=claim_id,
             code="AE513",
             mode=ClaimMode.SOMETIMES,
             space=VariableSpace(tuple(site.observed_variables.values()), ()),
-            conclusion=t.conjunction(*within, holds if is_true else t.Not(holds)),
+            conclusion=t.conjunction(*within, *holds),
             headline=f"`{outcome.id}` of `{skill.id}` cannot leave `{word}` {str(is_true).lower()}: "
             "its other effects and the definition exclude that",
             primary=SpanLabel(span, "never so after it"),
             secondary=(SpanLabel(skill.span, "declares it"),),
-            help=("correct the range, or the effect on the predicate",),
+            help=("correct the range, the other effects, or the effect on the predicate",),
         )
 
 

@@ -116,6 +116,12 @@ def test_a_shortened_vector_is_as_long_as_possible_and_no_longer(
         assert part * before >= 0
 
 
+def test_a_variable_of_a_module_with_the_name_of_a_parameter_makes_no_vector_of_it() -> None:
+    asked = {"speed": 2.0}
+    reduced = attenuate_parameters([rule(speed=literal("1/2"))], "move", asked, {**asked, "speed.x": 1.0})
+    assert reduced == {"speed": 0.5}
+
+
 def test_only_the_terms_on_the_kind_count(site: Site) -> None:
     one = replace(site.rules[0], attenuations={"move": {"speed": literal("0")}, "stop": {}})
     assert attenuate_parameters([one], "stop", {"speed": 2.0}, {"speed": 2.0}) == {"speed": 2.0}

@@ -148,6 +148,56 @@ def test_a_definition_that_a_module_does_not_use_costs_it_no_permission(tmp_path
     assert not ecm.state
 
 
+@pytest.mark.parametrize(
+    ("condition", "expected"),
+    [
+        ("person_distance", "expected bool, found real [m]"),
+        ("person_is_near or lamp_on", "`person_is_near` is defined by itself"),
+        ("work_is_open or lamp_on", "`person_is_near` uses `work_is_open`, which is not defined above it"),
+        ("kettle.work_is_open", None),  # another module's, which has the name of a definition below
+    ],
+)
+def test_a_faulty_definition_of_a_site_is_the_only_fault(
+    condition: str, expected: str | None, tmp_path: Path
+) -> None:
+    text = SITE.read_text().replace("person_distance < 2 m", condition)
+    shared = (
+        "  perception: {shared: {kettle.work_is_open: {type: bool, max_age: 1 s, in_invariants: true}}}\n"
+    )
+    (tmp_path / "site.yaml").write_text(text + shared)
+    sink = Diagnostics()
+    load_site(tmp_path / "site.yaml", sink)
+    assert [one.headline for one in sink] == ([] if expected is None else [expected])
+
+
+def test_a_module_with_predicates_of_the_site_has_no_name_of_a_variable(tmp_path: Path) -> None:
+    _, problems, _ = adopting_module(tmp_path, id="person_distance")
+    assert problems == ["`person_distance` is already a state variable of this site"]
+
+
+def test_a_site_shares_nothing_of_a_module_with_the_name_of_a_parameter(tmp_path: Path) -> None:
+    shared = "  perception: {shared: {speed.x: {type: bool, max_age: 1 s}}}\n"
+    (tmp_path / "site.yaml").write_text(SITE.read_text() + shared)
+    sink = Diagnostics()
+    load_site(tmp_path / "site.yaml", sink)
+    assert [one.headline for one in sink] == ["`speed` is already a parameter of `move`"]
+
+
+@pytest.mark.parametrize(
+    ("effects", "codes"),
+    [
+        ("work_is_open: true, lamp_on: false", ["AE513"]),
+        ("work_is_open: true, person_is_near: true", ["AE513", "AE513"]),  # each excludes the other
+        ("work_is_open: true, lamp_on: true, person_is_near: false", []),
+    ],
+)
+def test_an_outcome_declares_no_state_that_definitions_exclude(
+    effects: str, codes: list[str], tmp_path: Path
+) -> None:
+    adopting_module(tmp_path, effects=f"{{{effects}}}}}")
+    assert conclusions(tmp_path / ADOPTING.name) == ("rejected" if codes else "proved", codes)
+
+
 def test_a_misspelt_definition_is_named(tmp_path: Path) -> None:
     _, problems, _ = adopting_module(tmp_path, goal="work_is_opne")
     assert problems == ["`work_is_opne` is not declared here"]

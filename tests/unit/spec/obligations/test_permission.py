@@ -12,6 +12,7 @@ from typing import Any, cast
 import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.missing_access import merge_missing_access
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm
@@ -49,6 +50,15 @@ def failed_access(asked: Ecm, at: Site) -> dict[str, Diagnostic]:
 
 def test_a_module_inside_its_permissions_is_proved() -> None:
     assert faults() == {}
+
+
+def test_two_actuators_without_permission_are_two_errors() -> None:
+    place = site()
+    asked = module((PERMITTED, PERMITTED.replace("[arm, turntable]", "[]")), at=place)
+    claims = permission_obligations(asked, place)
+    found = [one.diagnostic for one in claims if isinstance(one, StaticClaim) and one.diagnostic is not None]
+    merged = merge_missing_access(one for one in found if one.code == "AE402")
+    assert {one.help[0].partition(" to ")[0] for one in merged} == {"add `arm`", "add `turntable`"}
 
 
 @pytest.mark.parametrize(
