@@ -41,7 +41,7 @@ def ended(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[object,
         (["verify", "ecms", "--format", "jsn"], "did you mean `json`?"),
         (["audit", "showw", "x"], "did you mean `show`?"),
         ([], "aeros: error: the following arguments are required: COMMAND"),
-        (["help", "vverify"], "did you mean `verify`?\n`aeros --help` lists all"),
+        (["help", "vverify"], "aeros: there is no command or group `vverify`; did you mean `verify`?"),
     ],
 )
 def test_an_error_names_what_was_intended(
