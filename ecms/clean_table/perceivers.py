@@ -157,6 +157,9 @@ def see_table(view: View) -> Perception:
             if "sponge_rest_position" in readings:
                 rest = raise_place(readings["sponge_rest_position"], -area[2])
                 values["rest_taken"] = is_rest_taken(points[other], shown, rest)
+                tidied = np.concatenate([np.empty((0, 3)), *(one.points for one in loose)])
+                is_tidied = is_rest_taken(tidied, shown, rest) is True
+                values["rest_blocked"] = False if is_tidied else values["rest_taken"]
                 standing = is_standing(points) & ~is_hand(points, readings.get("tool_position"))
                 if sponge is not None:
                     standing &= ~is_of_sponge(points, *sponge)

@@ -47,8 +47,8 @@ SPONGE_MARGIN = 0.012
 """Margin around the foam of a sponge that lies flat, m: depth and edges are a pixel off."""
 
 HIDES_SPONGE = (0.06, 0.08, SPONGE_HEIGHT)
-"""Least shorter side, longer side and height of a thing that may have the sponge below it, m: its foam is 75 by
-100 mm, and a smaller sponge's is 64 by 85 mm."""
+"""Least shorter side, longer side and height of a thing that may have the sponge below it, m: its foam is 75
+by 100 mm, and a smaller sponge's is 64 by 85 mm."""
 
 REST_HALF = 0.06
 """Half the edge of the square around its rest that has to be free for it and for the fingers, m."""

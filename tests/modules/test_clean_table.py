@@ -570,6 +570,12 @@ def test_a_rest_is_taken_if_something_else_stands_where_the_sponge_belongs() -> 
         for tops in ([SPONGE], [away], [away, box], [away, box._replace(y=0.2)], [arm])
     ]
     assert found == [False, False, True, False, None]
+    of_a_half = {half: seen(away, box, region=half) for half in ("left", "right")}
+    assert {half: (one["rest_taken"], one["rest_blocked"]) for half, one in of_a_half.items()} == {
+        "left": (True, False),
+        "right": (True, True),
+    }
+    assert (seen(away)["rest_blocked"], seen(arm)["rest_blocked"]) == (False, None)
     spot = seen(away, box)["sponge_spot"]
     assert abs(spot[1] - box.y) > box.half[1] + 0.06 or abs(spot[0] - box.x) > box.half[0] + 0.06
     assert abs(spot[1]) > 0.15 + 0.05, "beside the area"
