@@ -77,7 +77,7 @@ class CommandParser(argparse.ArgumentParser):
         cure = ""
         if choice is not None:
             known = [word.strip(" '") for word in choice[2].split(",")]
-            synonym = _SYNONYMS.get(choice[1])
+            synonym = _SYNONYMS.get(choice[1], "")
             cure = _intended(synonym if synonym in known else choice[1], known)
         self.refuse(message + cure)
 
