@@ -160,8 +160,10 @@ def unrecognized(words: Sequence[str], options: Iterable[str]) -> str:
     Returns:
         The message, with the option that was probably intended.
     """
-    first = words[0]
-    cure = _intended(first.partition("=")[0], options) if first.startswith("-") else ""
+    known = list(options)
+    first = words[0].partition("=")[0]
+    # After `--` an option is a mere word, and no other one was intended.
+    cure = _intended(first, known) if first.startswith("-") and first not in known else ""
     return f"unrecognized arguments: {' '.join(words)}{cure}"
 
 
