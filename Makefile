@@ -22,10 +22,11 @@ COVERED := 97:aeros/runtime/gate/*.py,aeros/runtime/gate/compiled/*.py 98:aeros/
 # Extras stay in the locks: without `coverage[toml]==…`, pip 23 takes a newer `coverage[toml]`, which has no hash, and fails.
 LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-strip-extras --custom-compile-command 'make lock'
 PIP := $(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check
+INSTALL_UV := $(PIP) --only-binary :all: --require-hashes --requirement requirements/uv.txt
 # Install what a lock lists: by uv, in a third of pip's time; where uv cannot, as it reads no pip.conf, by pip.
 define install-lock
 $(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes --requirement $(1) 2>/dev/null \
-  || $(PIP) --require-hashes --requirement $(1)
+  || { echo 'uv cannot install $(1) here; pip does, which takes longer'; $(PIP) --require-hashes --requirement $(1); }
 endef
 
 .PHONY: help install demo clips quick test deep format lint types layers proofs pytest mutation coverage benchmark ros hook tools schemas site dist lock clean
@@ -152,7 +153,7 @@ $(VENV)/.created:
 
 $(VENV)/.installed: $(VENV)/.created pyproject.toml requirements/install.txt requirements/simulator.txt requirements/uv.txt
 	@echo 'installing aeros, its solver and its simulator into $(VENV): 500 MB, a minute or two'
-	@$(PIP) --require-hashes --requirement requirements/uv.txt
+	@$(INSTALL_UV) || echo 'pip cannot install uv'
 	@$(call install-lock,requirements/install.txt)
 	@if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 12))'; then \
 	  $(call install-lock,requirements/simulator.txt); \
@@ -170,6 +171,6 @@ $(VENV)/.installed-test: $(VENV)/.installed requirements/test.txt
 
 $(VENV)/.installed-tools: $(VENV)/.created requirements/tools.txt requirements/uv.txt
 	@echo 'installing pre-commit, towncrier and the like into $(VENV)'
-	@$(PIP) --require-hashes --requirement requirements/uv.txt
+	@$(INSTALL_UV)
 	@$(call install-lock,requirements/tools.txt)
 	@touch $@

@@ -92,6 +92,11 @@ def existing_path(text: str) -> Path:
     try:
         path.stat()
     except FileNotFoundError as error:
+        if path.is_symlink():
+            raise argparse.ArgumentTypeError(
+                f"`{escape_invisible(text)}` is a link to `{escape_invisible(str(path.readlink()))}`, "
+                "which does not exist"
+            ) from error
         near = near_path(text)
         cure = "" if near is None else f"; did you mean `{escape_invisible(near)}`?"
         raise argparse.ArgumentTypeError(f"no file or folder `{escape_invisible(text)}`{cure}") from error
@@ -269,7 +274,8 @@ def writable_path(text: str) -> Path:
         pass
     except OSError as error:
         raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}`: {error.strerror}") from error
-    if path.suffix in _INPUT_SUFFIXES and path.is_file():
+    # A link is written through, so the file that it leads to counts.
+    if path.is_file() and path.resolve().suffix.lower() in _INPUT_SUFFIXES:
         raise argparse.ArgumentTypeError(
             f"`{escape_invisible(text)}` is an input of AEROS and would be overwritten; name another file"
         )
@@ -331,7 +337,8 @@ FILM_SUFFIXES = (".mp4", ".webp", ".gif")
 def _with_suffix(text: str, known: tuple[str, ...]) -> Path:
     path = Path(text)
     if path.suffix not in known:
-        raise argparse.ArgumentTypeError(f"`{text}`: expected a file named *{', *'.join(known)}")
+        expected = f"expected a file named *{', *'.join(known)}"
+        raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}`: {expected}")
     return path
 
 

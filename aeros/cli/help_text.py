@@ -26,6 +26,11 @@ _NAME_COLUMN: Final = 12
 _REMARK_COLUMN: Final = 6
 """Column of remarks that do not fit beside their example."""
 
+_QUOTED: Final = re.compile(r'"[^"]*"')
+"""Quoted argument of an example; a short one stays on one line, so that it can be copied."""
+
+_KEPT_BLANK: Final = "\0"
+
 
 class WrappedEpilog(argparse.RawDescriptionHelpFormatter):
     """Fills paragraphs of description and epilog; keeps indented lines, as of examples, broken where wide."""
@@ -77,7 +82,11 @@ def _broken(line: str, width: int) -> list[str]:
     command, *remark = re.split(r"(?<=\S) {2,}(?=\S)", line, maxsplit=1)
     if remark:
         return [part for half in (command, further + remark[0]) for part in _broken(half, width)]
-    return wrap(line, width, subsequent_indent=further, break_long_words=False, break_on_hyphens=False)
+    whole = _QUOTED.sub(
+        lambda quoted: quoted[0].replace(" ", _KEPT_BLANK) if len(quoted[0]) < width // 3 else quoted[0], line
+    )
+    lines = wrap(whole, width, subsequent_indent=further, break_long_words=False, break_on_hyphens=False)
+    return [one.replace(_KEPT_BLANK, " ") for one in lines]
 
 
 def all_commands() -> str:

@@ -41,7 +41,9 @@ def _same_folder(path: Path) -> str | None:
             continue
         if not folder.is_dir():
             return None
-        near = _nearest(name, (one.name for one in islice(folder.iterdir(), _MOST_NAMES)))
+        # A link that leads nowhere is no cure.
+        known = (one.name for one in islice(folder.iterdir(), _MOST_NAMES) if one.exists())
+        near = _nearest(name, known)
         if near is None:
             return None
         whole = (folder / near).joinpath(*parts[at + 1 :])
@@ -51,7 +53,8 @@ def _same_folder(path: Path) -> str | None:
 
 def _module(name: str) -> str | None:
     """Find a module by its name in a folder of modules, which is not named."""
-    folders = {one.parent.name: one.parent for one in islice(Path().glob(f"*/*/{_MODULE_FILE}"), _MOST_NAMES)}
+    places = islice(Path().glob("*/*/"), _MOST_NAMES)
+    folders = {one.name: one for one in places if (one / _MODULE_FILE).exists()}
     near = _nearest(name, folders)
     return None if near is None else str(folders[near])
 

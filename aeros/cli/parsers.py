@@ -77,7 +77,8 @@ class CommandParser(argparse.ArgumentParser):
         cure = ""
         if choice is not None:
             known = [word.strip(" '") for word in choice[2].split(",")]
-            cure = _intended(_SYNONYMS.get(choice[1], choice[1]), known)
+            synonym = _SYNONYMS.get(choice[1], "")
+            cure = _intended(synonym if synonym in known else choice[1], known)
         self.refuse(message + cure)
 
     def _unknown_option(self) -> str | None:
@@ -159,8 +160,10 @@ def unrecognized(words: Sequence[str], options: Iterable[str]) -> str:
     Returns:
         The message, with the option that was probably intended.
     """
-    first = words[0]
-    cure = _intended(first.partition("=")[0], options) if first.startswith("-") else ""
+    known = list(options)
+    first = words[0].partition("=")[0]
+    # After `--` an option is a mere word, and no other one was intended.
+    cure = _intended(first, known) if first.startswith("-") and first not in known else ""
     return f"unrecognized arguments: {' '.join(words)}{cure}"
 
 
@@ -226,7 +229,7 @@ def _print_help(words: Sequence[str]) -> int:
     if name in GROUPS:
         return _print(group_help(name))
     print(
-        f"aeros: there is no command or group `{name}`{_intended(name, (*COMMANDS, *GROUPS))} "
+        f"aeros: there is no command or group `{name}`{_intended(name, (*COMMANDS, *GROUPS))}\n"
         "`aeros --help` lists all",
         file=sys.stderr,
     )

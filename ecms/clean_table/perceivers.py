@@ -55,6 +55,7 @@ from .sponge import (
     is_overturned,
     is_rest_taken,
     is_yellow,
+    may_hide_sponge,
     middle_of_sponge,
 )
 from .table import clean_share, is_wiped, level_table, points_above_table
@@ -144,7 +145,8 @@ def see_table(view: View) -> Perception:
             if sponge is not None or readings.get("holding") is True:
                 values["sponge_missing"] = False
             elif readings.get("holding") is False and is_all_seen and int(foam.sum()) < MIN_PIXELS:
-                values["sponge_missing"] = True
+                is_below = any(may_hide_sponge(one.sides) for one in pieces)
+                values["sponge_missing"] = None if is_below else True
             if is_all_seen and sponge is not None and readings.get("holding") is False:
                 inside = points[is_bin(points, opening, -BIN_EDGE) & is_standing(points)]
                 high = [one for one in pieces if one.sides[2] > LOW]
@@ -155,6 +157,9 @@ def see_table(view: View) -> Perception:
             if "sponge_rest_position" in readings:
                 rest = raise_place(readings["sponge_rest_position"], -area[2])
                 values["rest_taken"] = is_rest_taken(points[other], shown, rest)
+                tidied = np.concatenate([np.empty((0, 3)), *(one.points for one in loose)])
+                is_tidied = is_rest_taken(tidied, shown, rest) is True
+                values["rest_blocked"] = False if is_tidied else values["rest_taken"]
                 standing = is_standing(points) & ~is_hand(points, readings.get("tool_position"))
                 if sponge is not None:
                     standing &= ~is_of_sponge(points, *sponge)

@@ -46,6 +46,10 @@ SPONGE_RADIUS = 0.08
 SPONGE_MARGIN = 0.012
 """Margin around the foam of a sponge that lies flat, m: depth and edges are a pixel off."""
 
+HIDES_SPONGE = (0.06, 0.08, SPONGE_HEIGHT)
+"""Least shorter side, longer side and height of a thing that may have the sponge below it, m: its foam is 75
+by 100 mm, and a smaller sponge's is 64 by 85 mm."""
+
 REST_HALF = 0.06
 """Half the edge of the square around its rest that has to be free for it and for the fingers, m."""
 
@@ -91,6 +95,11 @@ def middle_of_sponge(sponge: tuple[Rectangle, float]) -> Place:
     """Return the foam's middle: half-way up on the table, else as far below its top as when it lies flat."""
     face, top = sponge
     return (face.x, face.y, top / 2.0 if top < OVERTURNED_FROM else top - SPONGE_HEIGHT / 2.0)
+
+
+def may_hide_sponge(sides: tuple[float, float, float]) -> bool:
+    """Return True if a thing with these sides (shorter, longer, height, m) may have the sponge below it."""
+    return all(side >= least for side, least in zip(sides, HIDES_SPONGE, strict=True))
 
 
 def is_at_rest(middle: Place | None, shown: Points, rest: Place) -> bool | None:

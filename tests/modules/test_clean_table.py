@@ -551,11 +551,12 @@ def test_a_sponge_is_missing_only_if_all_of_the_table_is_seen_and_the_hand_is_em
     watched = Watched("clean_table", "see_table", {**PLACES, "holding": False})
     arm = Top(0.5, 0.1, 0.5, (0.1, 0.1), (90, 90, 90))
     foam = SPONGE._replace(half=(0.02, 0.015))
+    cube, over = (Top(REST[0], REST[1], 0.07, half, BLUE) for half in ((0.02, 0.02), (0.09, 0.11)))
     found = [
         watched.see(time, draw(OVERHEAD, tops, time=time)).get("sponge_missing")
-        for time, tops in enumerate([[SPONGE], [], [arm], [foam]])
+        for time, tops in enumerate([[SPONGE], [], [cube], [arm], [foam], [over]])
     ]
-    assert found == [False, True, None, None]
+    assert found == [False, True, True, None, None, None]
     watched.readings["holding"] = True
     assert watched.see(9.0, draw(OVERHEAD, [], time=9.0))["sponge_missing"] is False
 
@@ -569,6 +570,12 @@ def test_a_rest_is_taken_if_something_else_stands_where_the_sponge_belongs() -> 
         for tops in ([SPONGE], [away], [away, box], [away, box._replace(y=0.2)], [arm])
     ]
     assert found == [False, False, True, False, None]
+    of_a_half = {half: seen(away, box, region=half) for half in ("left", "right")}
+    assert {half: (one["rest_taken"], one["rest_blocked"]) for half, one in of_a_half.items()} == {
+        "left": (True, False),
+        "right": (True, True),
+    }
+    assert (seen(away)["rest_blocked"], seen(arm)["rest_blocked"]) == (False, None)
     spot = seen(away, box)["sponge_spot"]
     assert abs(spot[1] - box.y) > box.half[1] + 0.06 or abs(spot[0] - box.x) > box.half[0] + 0.06
     assert abs(spot[1]) > 0.15 + 0.05, "beside the area"

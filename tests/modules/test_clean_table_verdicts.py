@@ -19,6 +19,7 @@ NOTHING_FOUND = {
     "sponge_seen": False,
     "sponge_overturned": False,
     "sponge_missing": False,
+    "rest_blocked": False,
     "clutter_missing": False,
     "clutter_ungraspable": False,
 }
@@ -57,6 +58,12 @@ def test_a_piece_on_the_floor_ends_organizing_with_its_place() -> None:
     assert (found.outcome, found.is_verdict) == ("piece_missing", True)
     assert "where it was last seen: unknown; " in found.reason
     assert found.reason.endswith("where pictures show it on the floor: (0.20, -2, -0.30) m")
+
+
+def test_a_thing_on_the_sponges_rest_that_is_not_tidied_ends_organizing_with_its_place() -> None:
+    found = assess("organize", rest_blocked=True, sponge_rest_position=(0.476, -0.88, 0.015))
+    assert (found.outcome, found.is_verdict) == ("blocked", True)
+    assert "its rest at (0.48, -0.88, 0.01" in found.reason
 
 
 def test_a_table_on_which_all_clutter_fits_no_hand_ends_organizing_with_its_place() -> None:

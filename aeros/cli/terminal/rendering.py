@@ -57,7 +57,7 @@ def number_text(value: float) -> str:
         value: the number.
 
     Returns:
-        Its text with six significant digits; with fifteen where six would make a probability of 1 of less.
+        Its text with six significant digits; with fifteen if six would round a number below 1 up to 1.
     """
     text = f"{value:.{_DIGITS}g}"
     return f"{value:.15g}" if text == "1" and value < 1 else text

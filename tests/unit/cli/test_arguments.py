@@ -82,6 +82,22 @@ def test_a_path_at_which_a_file_can_be(tmp_path: Path) -> None:
             writable_path(str(tmp_path / name))
 
 
+@pytest.mark.parametrize("name", ["ecm.yaml", "cell.YAML"])
+def test_no_input_is_overwritten_through_a_link(name: str, tmp_path: Path) -> None:
+    link = tmp_path / "report.html"
+    link.symlink_to(tmp_path / name)
+    assert writable_path(str(link)) == link
+    (tmp_path / name).write_bytes(b"")
+    with pytest.raises(ArgumentTypeError, match="would be overwritten; name another file"):
+        writable_path(str(link))
+
+
+def test_a_link_that_leads_nowhere_is_named_as_one(tmp_path: Path) -> None:
+    (tmp_path / "cell.yaml").symlink_to("moved.yaml")
+    with pytest.raises(ArgumentTypeError, match=r"is a link to `moved\.yaml`, which does not exist"):
+        existing_path(str(tmp_path / "cell.yaml"))
+
+
 def test_a_film_is_written_into_a_folder_that_exists(tmp_path: Path) -> None:
     assert writable_film_path(str(tmp_path / "run.gif")) == tmp_path / "run.gif"
     for text, reason in (("none/run.gif", "its folder does not exist"), ("run.avi", "expected a file named")):

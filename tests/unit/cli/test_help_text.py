@@ -96,3 +96,8 @@ def test_a_remark_below_its_example_moves_to_the_left_where_it_is_too_wide() -> 
         "      a remark that is wide",
         " " * 30 + "narrow",
     ]
+
+
+def test_a_short_quoted_argument_stays_on_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    assert '\n      clean_pot.force="6 N"\n' in command_parser("verify").format_help()

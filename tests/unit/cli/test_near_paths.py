@@ -46,6 +46,13 @@ def test_an_absolute_path_is_corrected_as_one(folder: Path) -> None:
     assert near_path(f"{folder}/cell.yml") == f"{folder}/cell.yaml"
 
 
+def test_a_link_that_leads_nowhere_is_no_cure(folder: Path) -> None:
+    (folder / "sponge.yaml").symlink_to("nowhere")
+    assert near_path("sponges.yaml") is None
+    (folder / "nowhere").write_bytes(b"")
+    assert near_path("sponges.yaml") == "sponge.yaml"
+
+
 @pytest.mark.parametrize("words", [["verify", "ecsm"], ["fmt", "ecsm"], ["predict", "ecsm"]])
 def test_a_command_names_the_path_that_was_intended(
     words: list[str], capsys: pytest.CaptureFixture[str]

@@ -40,8 +40,10 @@ def ended(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[object,
         (["run", "one", "two"], "aeros run: error: unrecognized arguments: two"),
         (["verify", "ecms", "--format", "jsn"], "did you mean `json`?"),
         (["audit", "showw", "x"], "did you mean `show`?"),
+        (["run", "one", "--", "--plant"], "aeros run: error: unrecognized arguments: --plant"),
+        (["new", "module", "x"], "did you mean `ecm`?"),
         ([], "aeros: error: the following arguments are required: COMMAND"),
-        (["help", "vverify"], "did you mean `verify`? `aeros --help` lists all"),
+        (["help", "vverify"], "aeros: there is no command or group `vverify`; did you mean `verify`?"),
     ],
 )
 def test_an_error_names_what_was_intended(
