@@ -460,7 +460,7 @@ def _invariants(code: ModuleSource) -> TheoremObligation:
         policy = SimpleNamespace(
             shared=[(name, SimpleNamespace(in_invariants=stated))] if ask("shared") else []
         )
-        vocabulary = SimpleNamespace(used_names={}, enums={}, state={})
+        vocabulary = SimpleNamespace(used_names={}, enums={}, state={}, kinds={})
         perception.elaborate_shared_variables(policy, vocabulary, None)
         return smt_literal(_OWN in vocabulary.state)
 

@@ -462,6 +462,6 @@ def _unknown_name_error(what: str, name: str, known: Iterable[str], *cures: str)
     near = did_you_mean(name, known)
     names = ", ".join(f"`{one}`" for one in known)
     verb = "is" if len(list(known)) == 1 else "are"
-    listed = f"there {verb} {names}" if names else _CURES_OF_NONE[what]
+    listed = f"there {verb} {names}" if names else _CURES_OF_NONE.get(what, "there is none")
     cure = f"did you mean `{near}`?" if near else listed
     return refusal("AE960", f"there is no {what} `{name}` here", cure, *cures)
