@@ -225,11 +225,8 @@ class ModulePerception:
             check_name_is_free(ecm.id, meanings_of_names(site), "module", diagnostics)
         written = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
         self.definitions = adopted.definitions | elaborate_definitions(ecm, own, self.site, diagnostics)
-        declared_here = dict.fromkeys(name.value for name, _ in ecm.state)
-        self.perceivers = {
-            name.value: self._perceiver(name, perceiver, declared_here, site)
-            for name, perceiver in ecm.perceivers
-        }
+        here = dict.fromkeys(name.value for name, _ in ecm.state)
+        self.perceivers = {name.value: self._perceiver(name, one, here, site) for name, one in ecm.perceivers}
         own = _with_sensors(ecm, own, written, diagnostics)
         self.state = {**adopted.predicates, **self._by_full_name(own)}
         self._check_shared(ecm, site)
