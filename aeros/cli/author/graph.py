@@ -22,7 +22,7 @@ from aeros.spec.model.ecm import Ecm, PlanningRule, Task
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
-MAX_NODES = 400
+MAX_NODES = 800
 """Largest number of nodes in a diagram; larger ones are not legible."""
 
 _FORMATS = {"mermaid": mermaid, "dot": dot, "svg": svg}

@@ -236,7 +236,7 @@ def test_any_text_is_understood_or_refused_with_a_reason(text: str) -> None:
         ("clean the table because nobody does", "only a reason, because of `nobody`"),
         ("do not clean the table and make dumplings", "is the second wanted, or prohibited, too?"),
         ("clean the table, please don't", "it is not clear what `don t` prohibits"),
-        ("fly to the moon", "no installed module provides `fly to the moon`; nearest: "),
+        ("fly to the moon", "provides `fly to the moon`; tasks here: clean_table.clean_table, "),
         ("make -1 dumplings", "the number `-1` is not understood"),
         ("clean the table and", "nothing follows after `and`"),
         ("clean the table " * 80, "more than 200 words"),
