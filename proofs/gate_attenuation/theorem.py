@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 from typing import Any, Final
 
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
@@ -54,16 +55,18 @@ def _attenuated_is_allowed(code: ModuleSource) -> TheoremObligation:
     )
 
 
-def _attenuated_is_smaller(code: ModuleSource) -> TheoremObligation:
+def _attenuation_module(code: ModuleSource, names: Sequence[str], **stubs: Any) -> ModuleType:
+    """The module, with terms as functions of the values by `names`, and rounding as a function."""
+
     def nearest_double_in_range(
         value: SymbolicValue, bounds: tuple[SymbolicValue, SymbolicValue]
     ) -> SymbolicValue:
         return SymbolicValue(smt_apply("inwards", value.term), value.ask)
 
     def evaluate(term: str, exact: dict[str, SymbolicValue]) -> SymbolicValue:
-        return SymbolicValue(smt_apply(term, *(exact[name].term for name in _PARAMETERS)), exact["p"].ask)
+        return SymbolicValue(smt_apply(term, *(exact[name].term for name in names)), exact[names[0]].ask)
 
-    attenuation = code.module(
+    return code.module(
         ATTENUATION,
         lower=lambda term: term,
         evaluate=evaluate,
@@ -71,7 +74,12 @@ def _attenuated_is_smaller(code: ModuleSource) -> TheoremObligation:
         type=lambda _: float,
         float=lambda value: value,
         Fraction=lambda value: value,
+        **stubs,
     )
+
+
+def _attenuated_is_smaller(code: ModuleSource) -> TheoremObligation:
+    attenuation = _attenuation_module(code, _PARAMETERS)
 
     def run(ask: DecideBranch) -> str:
         asked = {name: SymbolicValue(name, ask) for name in _PARAMETERS}
@@ -112,28 +120,11 @@ _AXES = ("v.x", "v.y", "v.z")
 
 
 def _shortened_is_smaller(code: ModuleSource) -> TheoremObligation:
-    def nearest_double_in_range(
-        value: SymbolicValue, bounds: tuple[SymbolicValue, SymbolicValue]
-    ) -> SymbolicValue:
-        return SymbolicValue(smt_apply("inwards", value.term), value.ask)
-
-    def evaluate(term: str, exact: dict[str, SymbolicValue]) -> SymbolicValue:
-        return SymbolicValue(smt_apply(term, *(exact[name].term for name in _AXES)), exact["v.x"].ask)
-
     def factor_to_length(vector: list[SymbolicValue], length: SymbolicValue) -> SymbolicValue:
         parts = (*(part.term for part in vector), length.term)
         return SymbolicValue(smt_apply("factor", *parts), length.ask)
 
-    attenuation = code.module(
-        ATTENUATION,
-        lower=lambda term: term,
-        evaluate=evaluate,
-        nearest_double_in_range=nearest_double_in_range,
-        factor_to_length=factor_to_length,
-        type=lambda _: float,
-        float=lambda value: value,
-        Fraction=lambda value: value,
-    )
+    attenuation = _attenuation_module(code, _AXES, factor_to_length=factor_to_length)
 
     def run(ask: DecideBranch) -> str:
         asked = {name: SymbolicValue(name, ask) for name in _AXES}

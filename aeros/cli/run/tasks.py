@@ -121,10 +121,10 @@ def _phrases(phrases: Sequence[str], *, is_verbose: bool, between: str = ", ") -
     """List phrases; or only the first, and count the others."""
     if is_verbose:
         return between.join(phrases)
-    if len(phrases) <= _MOST_WORDS + 1:
-        return between.join(_LONG_CHOICE.sub(r"(\1|…)", one) for one in phrases)
-    shown = (_LONG_CHOICE.sub(r"(\1|…)", one) for one in phrases[:_MOST_WORDS])
-    return f"{between.join(shown)} and {len(phrases) - _MOST_WORDS} more"
+    shown = [_LONG_CHOICE.sub(r"(\1|…)", one) for one in phrases]
+    if len(shown) <= _MOST_WORDS + 1:
+        return between.join(shown)
+    return f"{between.join(shown[:_MOST_WORDS])} and {len(shown) - _MOST_WORDS} more"
 
 
 def _list_tasks(configuration: Configuration, form: str, *, is_verbose: bool) -> None:

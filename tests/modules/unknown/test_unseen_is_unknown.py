@@ -34,7 +34,7 @@ READINGS: Final = {
     "finger_gap": 0.08,
     "memory": {},
 }
-"""What is measured without a camera."""
+"""Readings that need no camera."""
 
 
 def covered(name: str, time: float) -> Picture:
