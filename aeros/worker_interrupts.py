@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final
@@ -14,14 +15,27 @@ _INTERRUPT: Final = frozenset({signal.SIGINT})
 def deferred_interrupts() -> Iterator[None]:
     """Hold SIGINT back in this thread, and in processes that are started meanwhile; it is delivered after.
 
+    The mask is what started processes inherit. It is a mask of one thread: where a library runs threads of
+    its own, the system may deliver the signal to one of those, and Python then runs the handler in the main
+    thread. So the main thread also has a handler meanwhile that only notes the signal.
+
     Yields:
         Nothing; start the processes here. Each of them calls `set_interrupt_handler` first.
     """
+    noted: list[int] = []
+    is_main = threading.current_thread() is threading.main_thread()
+    handler = signal.getsignal(signal.SIGINT)
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _INTERRUPT)
+    if is_main and callable(handler):
+        signal.signal(signal.SIGINT, lambda number, _frame: noted.append(number))
     try:
         yield
     finally:
+        if is_main and callable(handler):
+            signal.signal(signal.SIGINT, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if noted:
+            signal.raise_signal(signal.SIGINT)
 
 
 def set_interrupt_handler(handler: signal.Handlers) -> None:

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
@@ -42,16 +43,26 @@ def test_a_process_that_is_interrupted_while_it_imports_shows_no_traceback(
     assert (shown, errors, child.returncode) == (out, "", code)
 
 
-def test_an_interrupt_is_delivered_after() -> None:
+@pytest.mark.parametrize("with_threads", [False, True])
+def test_an_interrupt_is_delivered_after(with_threads: bool) -> None:
+    """Also where other threads, which hold no signal back, can receive it for the process."""
     held = []
+    ended = threading.Event()
+    others = [threading.Thread(target=ended.wait) for _ in range(4 if with_threads else 0)]
+    for other in others:
+        other.start()
     former = signal.signal(signal.SIGINT, lambda *_: held.append("delivered"))
     try:
         with deferred_interrupts():
             os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.01)
             held.append("held back")
         assert held == ["held back", "delivered"]
         set_interrupt_handler(signal.SIG_IGN)
         os.kill(os.getpid(), signal.SIGINT)
     finally:
         signal.signal(signal.SIGINT, former)
+        ended.set()
+        for other in others:
+            other.join()
     assert held == ["held back", "delivered"]
