@@ -50,7 +50,7 @@ _CURES_OF_NONE: Final = {
     "block": "nothing is blocked",
     "module": "no module is installed; `aeros activate --install FOLDER` installs one",
 }
-"""What is said of names of a kind of which there are none."""
+"""Cure for a name of a kind of which nothing is there, by that kind."""
 
 
 class Registry(InstalledModules):

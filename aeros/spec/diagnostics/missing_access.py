@@ -10,11 +10,11 @@ from dataclasses import replace
 from typing import Final
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+from aeros.spec.diagnostics.repeated import MAX_USES, merge_repeated
 
 _CURE: Final = "`permissions."
 """Start of the name of the field to change, in the help of an error about a whole module."""
 _CODES: Final = ("AE401", "AE402", "AE405")
-_MAX_USES: Final = 5  # that are marked
 
 
 def merge_missing_access(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
@@ -26,16 +26,15 @@ def merge_missing_access(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic,
     Returns:
         The diagnostics with one error for each missing entry, where its first one was.
     """
-    listed = tuple(diagnostics)
-    uses: dict[tuple[str, tuple[str, ...]], list[Diagnostic]] = {}
-    for found in listed:
-        if found.code in _CODES and found.help and _CURE in found.help[0] and not found.secondary:
-            uses.setdefault((found.code, found.help), []).append(found)
-    merged = {id(group[0]): _merge(group) for group in uses.values()}
-    dropped = {id(found) for group in uses.values() for found in group[1:]}
-    return tuple(merged.get(id(found), found) for found in listed if id(found) not in dropped)
+    return merge_repeated(diagnostics, _cure, lambda _, group: _merge(group))
+
+
+def _cure(found: Diagnostic) -> tuple[str, tuple[str, ...]] | None:
+    """Return code and help of an error that another entry would cure."""
+    is_one = found.code in _CODES and found.help and _CURE in found.help[0] and not found.secondary
+    return (found.code, found.help) if is_one else None
 
 
 def _merge(group: list[Diagnostic]) -> Diagnostic:
     spans = dict.fromkeys(found.primary.span for found in group if found.primary is not None)
-    return replace(group[0], secondary=tuple(SpanLabel(span, "and here") for span in [*spans][1:_MAX_USES]))
+    return replace(group[0], secondary=tuple(SpanLabel(span, "and here") for span in [*spans][1:MAX_USES]))

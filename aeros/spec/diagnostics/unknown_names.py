@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Final
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+from aeros.spec.diagnostics.repeated import MAX_USES, merge_repeated
 from aeros.spec.diagnostics.source import Source, SourceSpan
 
 _CODES: Final = ("AE122", "AE202")
@@ -20,7 +21,6 @@ _DECLARED: Final = re.compile(
 )
 _WORD: Final = re.compile(r"[A-Za-z_][\w-]*")
 _MAX_EDITS: Final = 2  # by which a misspelt declaration differs from the name that is used
-_MAX_USES: Final = 5  # that are marked
 
 
 def merge_unknown_names(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
@@ -32,15 +32,7 @@ def merge_unknown_names(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, 
     Returns:
         The diagnostics with one error for each unknown name, where its first one was.
     """
-    listed = tuple(diagnostics)
-    uses: dict[tuple[str, Source], list[Diagnostic]] = {}
-    for found in listed:
-        key = _key(found)
-        if key is not None:
-            uses.setdefault(key, []).append(found)
-    merged = {id(group[0]): _merge(key[0], group) for key, group in uses.items() if len(group) > 1}
-    dropped = {id(found) for group in uses.values() for found in group[1:]}
-    return tuple(merged.get(id(found), found) for found in listed if id(found) not in dropped)
+    return merge_repeated(diagnostics, _key, lambda key, group: _merge(key[0], group))
 
 
 def _key(found: Diagnostic) -> tuple[str, Source] | None:
@@ -58,12 +50,12 @@ def _merge(name: str, group: list[Diagnostic]) -> Diagnostic:
     labels = tuple(SpanLabel(span, "used here") for span in spans)
     misspelt = _misspelt_declaration(name, spans[0].source)
     if misspelt is None:
-        return replace(first, secondary=tuple(replace(one, text="and here") for one in labels[1:_MAX_USES]))
+        return replace(first, secondary=tuple(replace(one, text="and here") for one in labels[1:MAX_USES]))
     return Diagnostic(
         first.code,
         f"`{misspelt.text}` is declared and never used; `{name}` is used {len(spans)} times and not declared",
         SpanLabel(misspelt, "declared here"),
-        labels[:_MAX_USES],
+        labels[:MAX_USES],
         help=(f"correct the declaration to `{name}`, or the uses to `{misspelt.text}`",),
     )
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from fractions import Fraction
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -18,9 +17,7 @@ from aeros.spec.expr.types import BOOL, BoolType
 from aeros.spec.model.perception import Definition
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
-from aeros.spec.text.fields import ExpressionField, MappingField, NumberField
-
-_WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+from aeros.spec.text.fields import ExpressionField, MappingField, NumberField, undotted_names
 
 
 def elaborate_definitions(
@@ -90,7 +87,7 @@ def adopted_definitions(ecm: declared_ecm.Ecm, site: Site) -> AdoptedDefinitions
         The predicates. Definitions that read what the module may not read are left out.
     """
     readable = {one.name: one for one in site.state.values() if not one.is_recalled}
-    words = {word for text in _texts(ecm) for word in _WORD.findall(text)} if site.definitions else set()
+    words = {word for text in _texts(ecm) for word in undotted_names(text)} if site.definitions else set()
     short: dict[str, Declared] = {}
     for name in (one for one in site.definitions if one in words):
         definition = site.definitions[name]

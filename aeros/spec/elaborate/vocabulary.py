@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -28,11 +27,8 @@ from aeros.spec.model.perception import Definition
 from aeros.spec.model.rules import SIMULATED_ACTIONS, ActionKind, Risk, parameter_differences
 from aeros.spec.model.task_parameters import OBJECTS
 from aeros.spec.model.variables import Declared
-from aeros.spec.text.fields import ExpressionField, TextField
+from aeros.spec.text.fields import ExpressionField, TextField, undotted_names
 
-_ALONE: Final = re.compile(
-    r"(?<![\w.])[A-Za-z_]\w*(?![\w.])"
-)  # not a part of another name, as in `kettle.hot`
 _STILL: Final = frozenset({"stop", "wait", "look"})
 """Simulated actions that move nothing."""
 
@@ -104,7 +100,7 @@ def elaborate_site_definitions(
     readable = replace(vocabulary, state={**vocabulary.state, **shared})
     names = [name.value for name, _ in site.definitions]
     for number, (name, condition) in enumerate(site.definitions):
-        words = set(_ALONE.findall(condition.value))
+        words = undotted_names(condition.value)
         if name.value in words:
             headline = f"`{name.value}` is defined by itself"
             diagnostics.error("AE202", headline, condition.span, help=("leave it out",))

@@ -207,3 +207,17 @@ PATTERNS: Final = {
     ),
 }
 """The forms a name can have."""
+
+_STANDS_ALONE: Final = re.compile(r"(?<![\w.])[A-Za-z_]\w*(?![\w.])")
+
+
+def undotted_names(text: str) -> set[str]:
+    """List the names in an expression that are no part of a longer one, as `hot` is in `kettle.hot`.
+
+    Args:
+        text: text of the expression.
+
+    Returns:
+        The names.
+    """
+    return set(_STANDS_ALONE.findall(text))

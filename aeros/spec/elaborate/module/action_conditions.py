@@ -8,9 +8,10 @@ from dataclasses import replace
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_condition
 from aeros.spec.elaborate.names import resolve_need
-from aeros.spec.elaborate.scopes import action_scope
+from aeros.spec.elaborate.scopes import action_scope, tick_scope
 from aeros.spec.expr.scope import Scope
 from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combinations
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, MappingField
@@ -33,6 +34,29 @@ def elaborate_action_condition(
     if condition is None:
         return None
     return ActionCondition(condition.term, expression.value, expression.span, condition.conjuncts)
+
+
+def elaborate_hold(
+    expression: ExpressionField | None, site: Site, diagnostics: Diagnostics, inputs: Mapping[str, Declared]
+) -> ActionCondition | None:
+    """Elaborate the condition under which a skill or a part of a composition keeps running.
+
+    Args:
+        expression: condition, with its position in the file; None if there is none.
+        site: site under which the module is elaborated.
+        diagnostics: receives the faults.
+        inputs: inputs of the skill by name; empty for a part.
+
+    Returns:
+        The condition. None if there is none, and after reporting the fault of one that cannot be elaborated.
+    """
+    if expression is None:
+        return None
+    hold = elaborate_action_condition(expression, tick_scope(site, inputs), diagnostics)
+    if hold is not None and count_combinations(hold) > MAX_COMBINATIONS:
+        headline = f"`hold` reads predicates with more than {MAX_COMBINATIONS} combinations of values"
+        diagnostics.error("AE111", headline, hold.span, help=("use fewer predicates in `hold`",))
+    return hold
 
 
 def elaborate_action_conditions(

@@ -13,16 +13,17 @@ from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.module.action_conditions import (
     elaborate_action_condition,
     elaborate_action_conditions,
+    elaborate_hold,
 )
 from aeros.spec.elaborate.module.effects import elaborate_effects
 from aeros.spec.elaborate.module.interfaces import elaborate_inputs, elaborate_outputs
 from aeros.spec.elaborate.names import resolve_models, resolve_name, resolve_need
-from aeros.spec.elaborate.scopes import state_scope, tick_scope
+from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.values import elaborate_verdict
 from aeros.spec.expr.units import TIME, format_number, parse_quantity
 from aeros.spec.model.configured import BoundNames, site_names
 from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
-from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combinations, start_condition
+from aeros.spec.model.hold_conditions import start_condition
 from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.rules import Risk
 from aeros.spec.model.site import Site
@@ -69,7 +70,7 @@ class _SkillElaborator:
     def skill(self, name: TextField, skill: declared.Skill) -> Skill:
         inputs = elaborate_inputs(skill.inputs, self._site, self._diagnostics)
         precondition = self._state_condition(skill.precondition, inputs)
-        hold = self._hold_condition(skill.hold, inputs)
+        hold = elaborate_hold(skill.hold, self._site, self._diagnostics, inputs)
         outputs = elaborate_outputs(skill.outputs, self._site, self._diagnostics)
         resources = {**self._site.resources, **dict.fromkeys(self._names.resources)}
         for resource in skill.resources:
@@ -128,17 +129,6 @@ class _SkillElaborator:
         if expression is None:
             return None
         return elaborate_action_condition(expression, state_scope(self._site, inputs), self._diagnostics)
-
-    def _hold_condition(
-        self, expression: ExpressionField | None, inputs: Mapping[str, Declared]
-    ) -> ActionCondition | None:
-        if expression is None:
-            return None
-        hold = elaborate_action_condition(expression, tick_scope(self._site, inputs), self._diagnostics)
-        if hold is not None and count_combinations(hold) > MAX_COMBINATIONS:
-            headline = f"`hold` reads predicates with more than {MAX_COMBINATIONS} combinations of values"
-            self._diagnostics.error("AE111", headline, hold.span, help=("use fewer predicates in `hold`",))
-        return hold
 
     def _wear(self, skill: declared.Skill) -> Fraction:
         wear = None if skill.wear is None else elaborate_quantity(skill.wear, TIME, self._diagnostics)

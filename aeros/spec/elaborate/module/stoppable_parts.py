@@ -9,15 +9,12 @@ from aeros.spec.declared import composition as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity
-from aeros.spec.elaborate.module.action_conditions import elaborate_action_condition
-from aeros.spec.elaborate.scopes import tick_scope
+from aeros.spec.elaborate.module.action_conditions import elaborate_hold
 from aeros.spec.expr.units import TIME
 from aeros.spec.model.composition import STOP_ON_FAILURE, Part, Step
-from aeros.spec.model.ecm import ActionCondition
-from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combinations
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import HeldPart, StoppablePart, TimedPart, steps_of
-from aeros.spec.text.fields import ExpressionField, TextField
+from aeros.spec.text.fields import TextField
 
 
 def elaborate_stoppable_part(
@@ -44,7 +41,7 @@ def elaborate_stoppable_part(
         diagnostics.error("AE102", headline, part.on_failure.span)
     stops = part.on_failure is not None
     limit = None if part.timeout is None else _time_limit(part.timeout, diagnostics)
-    hold = None if part.hold is None else _condition(part.hold, site, diagnostics)
+    hold = elaborate_hold(part.hold, site, diagnostics, {})
     if part.part is None:
         diagnostics.error("AE102", f"a `{form}` needs a `part`, which runs meanwhile", span)
         return None
@@ -58,14 +55,6 @@ def elaborate_stoppable_part(
     return (
         None if limit is None or part.timeout is None else TimedPart(inner, part.timeout.span, stops, limit)
     )
-
-
-def _condition(text: ExpressionField, site: Site, diagnostics: Diagnostics) -> ActionCondition | None:
-    hold = elaborate_action_condition(text, tick_scope(site), diagnostics)
-    if hold is not None and count_combinations(hold) > MAX_COMBINATIONS:
-        headline = f"`hold` reads predicates with more than {MAX_COMBINATIONS} combinations of values"
-        diagnostics.error("AE111", headline, hold.span, help=("use fewer predicates in `hold`",))
-    return hold
 
 
 def _time_limit(text: TextField, diagnostics: Diagnostics) -> Fraction | None:

@@ -6,7 +6,15 @@ import pytest
 
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.text.fields import PATTERNS, BooleanField, ExpressionField, MappingField, Pattern, TextField
+from aeros.spec.text.fields import (
+    PATTERNS,
+    BooleanField,
+    ExpressionField,
+    MappingField,
+    Pattern,
+    TextField,
+    undotted_names,
+)
 from aeros.spec.text.nodes import ScalarNode
 
 SPAN = Source("a.yaml", "x").span(0, 1)
@@ -49,3 +57,13 @@ def test_a_form_admits_its_example_and_nothing_else(name: str, fits: list[str], 
     form = PATTERNS[name]
     assert all(form.regex.fullmatch(text) for text in [*fits, form.example])
     assert not any(form.regex.fullmatch(text) for text in others)
+
+
+def test_a_name_within_a_dotted_one_does_not_stand_alone() -> None:
+    assert undotted_names("hot and kettle.full or not hot_2(lid.open)") == {
+        "hot",
+        "and",
+        "or",
+        "not",
+        "hot_2",
+    }

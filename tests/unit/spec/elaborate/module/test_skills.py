@@ -25,14 +25,14 @@ def test_an_input_hides_no_variable_of_the_state(tmp_path: Path) -> None:
 def test_a_hold_condition_over_too_many_combinations_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("aeros.spec.elaborate.module.skills.MAX_COMBINATIONS", 5)
+    monkeypatch.setattr("aeros.spec.elaborate.module.action_conditions.MAX_COMBINATIONS", 5)
     edit = ("dirt <= 50 % and not person_near", "fetched == sponge and not person_near")
     (message,) = messages_of_module(tmp_path, edit, case="hold_at_the_edge")
     assert (
         message
         == "error[AE111] out-of-bounds: `hold` reads predicates with more than 5 combinations of values"
     )
-    monkeypatch.setattr("aeros.spec.elaborate.module.skills.MAX_COMBINATIONS", 6)
+    monkeypatch.setattr("aeros.spec.elaborate.module.action_conditions.MAX_COMBINATIONS", 6)
     assert messages_of_module(tmp_path / "again", edit, case="hold_at_the_edge") == []
 
 
