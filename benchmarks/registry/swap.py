@@ -1,10 +1,11 @@
 """Measure loading a module while a robot runs: `python -m benchmarks.registry.swap`.
 
-A swap is an installation, a configuration and an activation of one module, each with its proof and its signed
-record, and then the change of the gate in a running executor.  All proofs of single modules are in a cache of
-its own, in a temporary folder, as after the first installation.  Next to seconds by the clock stand processor
-seconds of this process, which other load of the machine affects less, and the number of times that the
-program itself waited for the disk (SQLite's own waits are not counted).
+A swap installs, configures and activates one module in one change, with its proof and its signed record,
+and then changes the gate in a running executor. *Install*, *configure* and *activate* are the same as three
+changes. All proofs of single modules are in a cache of its own, in a temporary folder, as after the first
+installation. Next to seconds by the clock stand processor seconds of this process, which other load of the
+machine affects less, and the number of times that the program itself waited for the disk (SQLite's own
+waits are not counted).
 
 `--sizes` also measures one more synthetic module beside N active ones
 (`aeros/experiments/trials/synthetic.py`), each time another that was never proved; the proofs of the N are
@@ -35,7 +36,7 @@ from aeros.runtime.registry.stored_modules import policy_file
 from aeros.spec.text.discovery import reference_modules_path, reference_site_path
 from benchmarks.command import build_parser, print_json
 
-_STEPS = ("install", "configure", "activate", "gate", "swap")
+_STEPS = ("install", "configure", "activate", "at once", "gate", "swap")
 _FIRST_NEW = 1000  # of the second thousand: no module of a site has this number
 
 
@@ -76,14 +77,18 @@ class Stopwatch:
 
 
 def swap(registry: Registry, governor: RegistryGovernor, gate: CompiledGate, folder: Path) -> Stopwatch:
-    """Load the module in `folder`, change the gate to it, and take the module out again."""
+    """Load the module in `folder` in three changes and in one, change the gate, and take it out again."""
     watch, name = Stopwatch(), folder.name
     with watch.counting_waits():
         watch.measure("install", lambda: registry.install(folder))
         watch.measure("configure", lambda: registry.configure(name))
         watch.measure("activate", lambda: registry.activate(name))
+        registry.deactivate(name)
+        registry.remove(name)
+        watch.measure("at once", lambda: registry.install_active(folder))
         watch.measure("gate", lambda: gate.with_configuration(governor.configuration()[1]))
-    clock, processor, waits = (sum(one) for one in zip(*watch.steps.values(), strict=True))
+    parts = zip(watch.steps["at once"], watch.steps["gate"], strict=True)
+    clock, processor, waits = (one + other for one, other in parts)
     watch.steps["swap"] = clock, processor, waits
     registry.deactivate(name)
     registry.remove(name)

@@ -96,7 +96,10 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
         try:
             if verb.value == "install":
                 one._find_waiting = lambda _: {}
-                one.install(_FolderStub())
+                if ask("at-once"):
+                    one.install_active(_FolderStub(), "settings" if ask("bound") else "")
+                else:
+                    one.install(_FolderStub())
             elif verb.value == "configure":
                 one._find_waiting = lambda _: {"m": None} if ask("waits") else {}
                 one._change_state("m", verb, resets=ask("resets"))
@@ -185,18 +188,26 @@ def _history_step(code: ModuleSource) -> TheoremObligation:
         "Step: a module is active exactly where it was activated, after it was configured, and neither was\n"
         "undone since; no verb moves another module, an active module cannot be removed, configured or\n"
         "reset, and what is absent can only be installed. A version that waits, and a reset, undo that it\n"
-        "was configured. It is withdrawn exactly where it was deactivated or removed, not activated since.",
-        (*_MODULE, "(declare-const resets Bool)", "(declare-const needed Bool)"),
+        "was configured. It is withdrawn exactly where it was deactivated or removed, not activated since.\n"
+        "An installation that also activates does what the three verbs do, or nothing.",
+        (
+            *_MODULE,
+            *(f"(declare-const {one} Bool)" for one in ("resets", "needed", "at-once", "bound")),
+            "(define-fun activates () Bool (or (= verb activate) (and (= verb install) at-once)))",
+        ),
         "(=> (and (invariant state was-configured was-activated) (not (= moved refused)))"
         " (and ((_ is to) moved) (not (and was-activated"
-        " (or (= verb remove) (= verb configure) (= verb reset) (and (= verb install) waits))))"
+        " (or (= verb remove) (= verb configure) (= verb reset)"
+        " (and (= verb install) (or waits (and at-once bound))))))"
+        " (not (and (= verb install) at-once waits))"
         " (=> (= state absent) (= verb install))"
         " (= (is-withdrawn moved)"
-        " (or (= verb deactivate) (= verb remove) (and was-withdrawn (not (= verb activate)))))"
+        " (or (= verb deactivate) (= verb remove) (and was-withdrawn (not activates))))"
         " (invariant (reached moved)"
         " (ite (= verb configure) (not (and resets waits))"
-        " (ite (or (= verb remove) (= verb reset) (and (= verb install) waits)) false was-configured))"
-        " (ite (= verb activate) true"
+        " (ite (or (= verb remove) (= verb reset) (and (= verb install) waits)) false"
+        " (or was-configured (and (= verb install) at-once))))"
+        " (ite activates true"
         " (ite (or (= verb deactivate) (= verb remove)) false was-activated)))))",
         tables=(_transition_obligation(code),),
     )

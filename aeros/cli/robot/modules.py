@@ -204,19 +204,7 @@ def _activate(arguments: argparse.Namespace) -> Exit:
         return _lifecycle_command("activate")(arguments)
     registry = Registry(arguments.state)
     with module_source(arguments.install) as source:
-        installed = registry.install(source)
-    one = installed
-    try:
-        if given != ModuleConfiguration() or one.state is not ModuleState.ACTIVE:
-            one = registry.configure(one.name, given)
-        if one.name in registry.waiting():
-            print_waiting([registry.waiting()[one.name]])
-            return Exit.REJECTED
-        if one.state is not ModuleState.ACTIVE:
-            one = registry.activate(one.name)
-    except UserError:
-        print(f"{one.name} {one.version} stays {one.state.value}, as this is not possible:", file=sys.stderr)
-        raise
+        one = registry.install_active(source, given)
     print_line(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
     print_settings(registry.settings(one.name))
     _print_blocks(registry, one)

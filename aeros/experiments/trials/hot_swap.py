@@ -46,7 +46,7 @@ class HotSwapTrials:
             if premises.paths.site is not None:
                 registry.set_policy(Path(premises.paths.site))
             first, second = (premises.configuration.modules[one.module] for one in routed)
-            _load(registry, Path(first.folder), first.id)
+            registry.install_active(Path(first.folder))
             gate = CompiledGate(premises.configuration)
 
             def trial(seed: int) -> Findings:
@@ -68,7 +68,7 @@ class HotSwapTrials:
                             found = {"first": _succeeds(agent, str(routed[0]))}
                             found["refused_before"] = _is_rejected(agent, str(routed[1]))
                             swap_began = time.perf_counter()
-                            _load(registry, Path(second.folder), second.id)
+                            registry.install_active(Path(second.folder))
                             found["swapped"] = second.id in runtime.active_modules()
                             swap_s = time.perf_counter() - swap_began
                             configuration = governing.configuration()[1]
@@ -111,12 +111,6 @@ class HotSwapTrials:
             product *= second
             steps += found["invocations"]
         return {"swapped": 1.0, "second": second, "success": product, "invocations": steps}
-
-
-def _load(registry: Registry, folder: Path, name: str) -> None:
-    registry.install(folder)
-    registry.configure(name)
-    registry.activate(name)
 
 
 def _succeeds(agent: Agent, instruction: str) -> bool:

@@ -97,6 +97,38 @@ class Registry(InstalledModules):
             UserError: the module cannot be read, proved or recorded, differs from `pinned`, is installed
                 with the same version and other contents, or in a newer version, or is active and would wait.
         """
+        return self._install(source, pinned, None, allows_downgrade=allows_downgrade)
+
+    def install_active(
+        self,
+        source: Path,
+        settings: ModuleConfiguration = UNCONFIGURED,
+        pinned: str | None = None,
+        *,
+        allows_downgrade: bool = False,
+    ) -> InstalledModule:
+        """Install a module, configure it and activate it, all in one change.
+
+        If an active version is installed, replace it.
+
+        Args:
+            source: the module's folder.
+            settings: bindings and parameters; they replace those of the same names.
+            pinned: digest that its files must have; None to accept any.
+            allows_downgrade: accept a version below the installed one.
+
+        Returns:
+            The active module.
+
+        Raises:
+            UserError: the module cannot be installed, configured or activated; then nothing has changed.
+        """
+        return self._install(source, pinned, settings, allows_downgrade=allows_downgrade)
+
+    def _install(
+        self, source: Path, pinned: str | None, active: ModuleConfiguration | None, *, allows_downgrade: bool
+    ) -> InstalledModule:
+        """Install a module; if `active` is given, configure it so and activate it in the same change."""
         with self._transactions.change_lock() as old:
             files = module_files(source)
             digest = bundle_digest(files)
@@ -114,19 +146,25 @@ class Registry(InstalledModules):
                         source,
                         self._folders(old),
                         self._find_waiting(old),
+                        active or UNCONFIGURED,
                     )
                 version = declared.version.value
                 kept = old.modules.get(id_)
                 _require_upgrade(kept, id_, version, digest, allows_downgrade=allows_downgrade)
-                state = _next_state(old, id_, LifecycleAction.INSTALL)
-                if command:
-                    state = _state_to_wait(state, id_, source, command)
-                one = InstalledModule(id_, version, digest, state, settings)
+                one = InstalledModule(
+                    id_, version, digest, _next_state(old, id_, LifecycleAction.INSTALL), settings
+                )
                 new = _with_module(old, one)
+                if active is not None:
+                    new = _activated(new, one, active, command)
+                elif command:
+                    new = _with_module(old, replace(one, state=_state_to_wait(one, source, command)))
                 with shown_as(folder, source):
                     configuration, _ = self._prove_snapshot(new)
-                self._transactions.commit(old, new, f"install {id_} {version} sha256:{digest}", configuration)
-            return one
+                verbs = "install" if active is None else "install and activate"
+                description = f"{verbs} {id_} {version} sha256:{digest} {active or ''}".rstrip()
+                self._transactions.commit(old, new, description, configuration)
+            return new.modules[id_]
 
     def repair(self) -> RegistrySnapshot | None:
         """Put the last recorded change in force again, after the database was lost, damaged or replaced.
@@ -385,8 +423,9 @@ def _read_stored(
     source: Path,
     folders: Mapping[str, Path],
     waiting: Mapping[str, WaitingModule],
+    given: ModuleConfiguration,
 ) -> tuple[declared_ecm.Ecm, ModuleConfiguration, str]:
-    """Read a module that was stored, with those settings that it still declares.
+    """Read a module that was stored, with those earlier settings that it still declares, and those given.
 
     A module that waits to be configured is not resolved yet. The third value is the command that configures
     it; empty if it does not wait. One that needs one of `waiting`, and nothing else, cannot be read before.
@@ -396,7 +435,8 @@ def _read_stored(
     if declared is None:
         raise refusal("AE961", f"`{source}` holds no module")
     require_installed(declared, installed, source)
-    settings = _still_declared(configurations.get(declared.id.value, UNCONFIGURED), declared)
+    earlier = _still_declared(configurations.get(declared.id.value, UNCONFIGURED), declared)
+    settings = earlier.updated(given)
     site = site.with_configurations({**configurations, declared.id.value: settings})
     command = configure_command(declared.id.value, module_settings(declared, site))
     others = {name: one for name, path in folders.items() if (one := decode_manifest(path)) is not None}
@@ -416,10 +456,26 @@ def _waits_for(id_: str, waiting: Mapping[str, WaitingModule]) -> UserError:
     )
 
 
-def _state_to_wait(state: ModuleState, id_: str, source: Path, command: str) -> ModuleState:
+def _activated(
+    new: RegistrySnapshot, one: InstalledModule, settings: ModuleConfiguration, command: str
+) -> RegistrySnapshot:
+    """Return `new` with its module `one` configured and active; refuse it if `command` must configure it."""
+    if command:
+        options = command.removeprefix(f"aeros configure {one.name} ")
+        cures = (f"add `{options}`, or other choices", "`aeros install` without activation lists all choices")
+        raise refusal("AE960", f"`{one.name}` has open needs or parameters", *cures)
+    if settings or one.state is not ModuleState.ACTIVE:
+        configured = replace(one, state=_next_state(new, one.name, LifecycleAction.CONFIGURE))
+        new = _with_module(new, configured)
+        new = _with_module(new, replace(one, state=_next_state(new, one.name, LifecycleAction.ACTIVATE)))
+    return replace(new, withdrawn=_withdrawn(new.withdrawn, one.name, LifecycleAction.ACTIVATE))
+
+
+def _state_to_wait(one: InstalledModule, source: Path, command: str) -> ModuleState:
     """Return the state in which a new version waits to be configured; refuse it in place of an active one."""
-    reached = next_state(state, LifecycleAction.RESET)
+    reached = next_state(one.state, LifecycleAction.RESET)
     if reached is None:
+        id_ = one.name
         commands = (f"aeros deactivate {id_}", f"aeros install {source}", command, f"aeros activate {id_}")
         cures = ("run these commands, or others in place of the choices:", *(f"`{one}`" for one in commands))
         headline = f"`{id_}` is active, and the new version would wait to be configured"

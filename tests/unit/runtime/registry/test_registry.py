@@ -16,6 +16,7 @@ from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.configured import ModuleConfiguration
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 
@@ -71,6 +72,32 @@ def test_a_module_lives_and_is_forgotten(registry: Registry, write: Author) -> N
         "deactivate",
         "remove",
     ]
+
+
+def test_a_module_is_installed_and_activated_in_one_recorded_change(
+    registry: Registry, write: Author
+) -> None:
+    before = registry.snapshot()
+    source = write()
+    one = registry.install_active(source)
+    assert one.state is ModuleState.ACTIVE
+    assert list(registry.configuration()[0].modules) == ["tidy"]
+    assert registry.snapshot().generation == before.generation + 1
+    records = map(json.loads, (registry.folder / "audit.jsonl").read_text().splitlines())
+    changes = [record["details"]["change"] for record in records if record["event"] == "registry-change"]
+    assert changes[1:] == [f"install and activate tidy 1.0.0 sha256:{one.digest}"]
+    registry.deactivate("tidy")
+    assert registry.snapshot().withdrawn == {"tidy"}
+    registry.install_active(source)
+    assert registry.snapshot().withdrawn == frozenset()
+
+
+def test_a_module_that_cannot_be_activated_at_once_is_not_installed_either(
+    registry: Registry, write: Author
+) -> None:
+    settings = ModuleConfiguration(bindings={"camera": "nowhere"})
+    assert refused(registry, lambda: registry.install_active(write(), settings))
+    assert registry.snapshot().modules == {}
 
 
 def test_the_stored_copy_is_proved_and_not_the_source_folder(registry: Registry, write: Author) -> None:

@@ -61,6 +61,20 @@ def refusal(change: object, *arguments: object, **options: object) -> list[str]:
     return [one.code for one in raised.value.diagnostics]
 
 
+def test_a_module_with_a_choice_is_activated_at_once_where_the_choice_is_given(
+    registry: Registry, folder: Path
+) -> None:
+    with pytest.raises(UserError) as raised:
+        registry.install_active(folder)
+    assert raised.value.diagnostics[0].help[0] == "add `--bind surface=pillar`, or other choices"
+    assert registry.snapshot().modules == {}
+    assert registry.install_active(folder, BENCH).state is ModuleState.ACTIVE
+    assert changes(registry)[-1].endswith(" surface=bench_top")
+    assert registry.install_active(folder).state is ModuleState.ACTIVE  # its settings are kept
+    assert registry.configuration()[0].modules.keys() == {"tidy"}
+    assert refusal(registry.install_active, folder, BENCH) == ["AE960"]  # an active one cannot be configured
+
+
 def test_a_module_with_a_choice_is_installed_and_waits_to_be_configured(
     registry: Registry, folder: Path
 ) -> None:
