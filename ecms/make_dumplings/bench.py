@@ -41,6 +41,7 @@ class Bench:
         pot: middle of the pot's opening.
         is_pressed: the lid has pressed since the last picture with a load that seals.
         is_lid_over: it was over the wrapper since then.
+        is_lid_open: it is open.
         is_held: the hand may hold something.
         holds_filling: its fingers are as far apart as a filling is wide.
         count: number of dumplings that are asked for.
@@ -59,6 +60,7 @@ class Bench:
     pot: Place | None = None
     is_pressed: bool = False
     is_lid_over: bool = False
+    is_lid_open: bool = False
     is_held: bool = False
     holds_filling: bool = False
     count: int = 1

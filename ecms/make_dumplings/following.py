@@ -21,6 +21,9 @@ SEALING_LOAD = 3.0
 LID_OVER = 0.03
 """Distance of the handle from the press's hinge, towards +x, from which the lid is over the wrapper, m."""
 
+LID_OPEN = -0.06
+"""Way of the handle from the press's hinge along x up to which the lid is open, m: at 0 rad it is -0.075."""
+
 STIRRED = 0.008
 """Displacement of a dumpling in the pot after which it may have been out of it, m."""
 
@@ -33,12 +36,13 @@ def with_press(bench: Bench, view: View) -> Bench:
     """Note load and lid of the press, whether the hand may hold something, and how much is asked for."""
     is_pressed = any(one.value > SEALING_LOAD for one in view.samples["press_force"])
     handle, press = (view.readings.get(name) for name in ("press_handle_position", "press_position"))
-    is_over = handle is not None and press is not None and handle[0] - press[0] > LID_OVER
+    along = None if handle is None or press is None else handle[0] - press[0]
     is_held, gap = view.readings.get("holding") is not False, view.readings.get("finger_gap")
     return replace(
         bench,
         is_pressed=bench.is_pressed or is_pressed,
-        is_lid_over=bench.is_lid_over or is_over,
+        is_lid_over=bench.is_lid_over or (along is not None and along > LID_OVER),
+        is_lid_open=along is not None and along < LID_OPEN,
         is_held=is_held,
         holds_filling=is_held and gap is not None and abs(gap - FILLING_GAP) < GAP_WITHIN,
         count=int(view.readings.get("count") or 1),

@@ -185,6 +185,11 @@ def prepare(observed: Observation, inputs: Inputs) -> SkillBody:
     pace = inputs["hand_speed"]
     observed = yield from _open_press(observed, pace)
     observed = yield from _look(observed, pace)
+    if observed.get("press_covered") is True:
+        if _holds_wrapper(observed) and "aside_place" in observed:
+            observed = yield from _do(observed, _put(pace, observed["aside_place"], OPEN))
+            yield from _look(observed, pace)
+        return
     if observed.get("dough_on_workspace") is not True:
         if _holds(observed, FILLING_GAP):
             # There is nothing to lay it on: the hand has to be empty for the wrapper.
@@ -201,12 +206,16 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     pace = inputs["hand_speed"]
     observed = yield from _open_press(observed, pace)
     observed = yield from _look(observed, pace)
+    if observed.get("press_covered") is True:
+        return
     observed = yield from _realign_wrapper(observed, pace)
     yield from _look(observed, pace)
 
 
 def wrap(observed: Observation, inputs: Inputs) -> SkillBody:
     """Fold the lid over by its handle, squeeze, open the press again, and look at what came of it."""
+    if observed.get("press_covered") is True:
+        return
     pace = inputs["hand_speed"]
     observed = yield from _take_handle(observed, pace)
     closed = _handle_at(observed, LID_CLOSED)
@@ -228,12 +237,12 @@ def wrap(observed: Observation, inputs: Inputs) -> SkillBody:
 def boil(observed: Observation, inputs: Inputs) -> SkillBody:
     """Carry the dumpling to the pot, drop it in and let it cook, between two looks at it.
 
-    Where something lies over the pot, the dumpling stays where it is.
+    Where something lies on the press or over the pot, the dumpling stays where it is.
     """
     pace = inputs["hand_speed"]
     observed = yield from _open_press(observed, pace)
     observed = yield from _look(observed, pace)
-    if observed.get("pot_covered") is True:
+    if observed.get("place_covered") is True:
         return
     if not (_holds_wrapper(observed) or _are_known(observed, WRAPPER)):
         return
@@ -557,6 +566,8 @@ def _lay_filling(observed: Observation, pace: float) -> Task:
         if observed.get("wrappers_suffice") is False:
             return observed
     is_laid_out = observed.get("dough_on_workspace") is True and _are_known(observed, WRAPPER)
+    if observed.get("press_covered") is True:
+        is_laid_out = False
     goals = (_on_plate(observed, FILLING_HEIGHT),) if is_laid_out else (back, spot)
     puts = (_drop(goal, yaw, pace, HALF_OPEN) for goal in goals for yaw in HEADINGS)
     return (yield from first_allowed(observed, *puts))

@@ -51,6 +51,13 @@ ASIDES = (tuple(0.38 + 0.04 * step for step in range(6)), tuple(-0.30 + 0.04 * s
 OVER_POT = 0.02
 """Height over the pot's opening from which something lies over it, m: a dumpling on its edge is lower."""
 
+OVER_PRESS = (0.045, 0.065)
+"""Heights over the hinge's place from which what is apart from wrappers, or any thing, covers the open press,
+m: the handle reaches to 0.02, and a wrapper on its edge to 0.056."""
+
+LAID_OUT = ((-0.115, 0.085), 0.06)
+"""Room over the open press, from the place of the hinge: along x, and to either side, m."""
+
 AROUND_DUMPLING = 0.05
 """Radius around the middle of a dumpling that belongs to it, m: one may lie on the pot's edge."""
 
@@ -81,7 +88,7 @@ def place_values(bench: Bench) -> Values:
         values["filling_has_room"] = (bool(headings),)
         values["filling_yaw"] = (next(iter(headings), filling.yaw), ANGLE_UNCERTAINTY)
         values["filling_free_across"] = (len(headings) > 1,)
-    values |= pot_values(bench)
+    values |= covered_values(bench)
     besides = [one for one in bench.pieces if one is not piece and not one.unseen]
     if besides:
         values["other_wrapper_position"] = (besides[0].wrapper.grip, UNCERTAINTY)
@@ -137,7 +144,8 @@ def press_values(bench: Bench) -> Values:
             values["blocker_position"] = (filling.middle, UNCERTAINTY)
             values["blocker_yaw"] = (filling.yaw, ANGLE_UNCERTAINTY)
             values["blocker_is_filling"] = (True,)
-    aside = None if values["press_free"] == (True,) else aside_place(bench)
+    is_kept_off = values["press_free"] == (False,) or is_press_covered(bench, bench.press)
+    aside = aside_place(bench) if is_kept_off else None
     if aside is not None:
         values["aside_place"] = (aside, UNCERTAINTY)
     return values
@@ -155,6 +163,33 @@ def aside_place(bench: Bench) -> Place | None:
         if not is_occupied.any() and has_room(bench.surroundings, (spot[0], spot[1], LOWEST), 0.0):
             return spot
     return None
+
+
+def covered_values(bench: Bench) -> Values:
+    """Return what is known of the places over pot and press, and which of them something covers."""
+    values = pot_values(bench)
+    places = {"pot_covered": bench.pot, "press_covered": bench.press}
+    if bench.is_lid_open and bench.press is not None:
+        values["press_covered"] = (is_press_covered(bench, bench.press),)
+    covered = [place for name, place in places.items() if values.get(name) == (True,)]
+    if covered or places.keys() <= values.keys():
+        values["place_covered"] = (bool(covered),)
+    if covered and covered[0] is not None:
+        values["covered_place"] = (covered[0], UNCERTAINTY)
+    return values
+
+
+def is_press_covered(bench: Bench, press: Place) -> bool:
+    """Return True if something is on the open press that is no wrapper and no filling."""
+    along, across = in_frame(bench.surroundings, press, 0.0)
+    (back, front), side = LAID_OUT
+    over = bench.surroundings[(along > back) & (along < front) & (np.abs(across) < side)]
+    high = over[:, 2] - press[2]
+    is_other = high > OVER_PRESS[0]
+    for one in bench.pieces:
+        is_near = np.hypot(*(over[:, :2] - np.array(one.wrapper.middle[:2])).T) < AROUND_DUMPLING
+        is_other &= ~is_near | (high > OVER_PRESS[1])
+    return int(is_other.sum()) >= MIN_PIXELS
 
 
 def pot_values(bench: Bench) -> Values:

@@ -25,7 +25,7 @@ from ecms.make_dumplings.pictures import (
     square_heading,
 )
 from ecms.make_dumplings.room import with_rim
-from ecms.make_dumplings.values import pot_values, remaining_values
+from ecms.make_dumplings.values import covered_values, pot_values, remaining_values
 from ecms.make_dumplings.wrappers import Piece, Wrapper, is_in_pot, is_near
 from tests.modules.looking import Put, Top, Watched, as_picture, draw
 
@@ -466,6 +466,29 @@ def test_a_pot_is_covered_if_no_dumpling_can_be_let_go_over_it(
     small = points[np.hypot(points[:, 0] - POT[0], points[:, 1] - POT[1]) < 0.05]
     on_edge = KnownBench(pot=POT, surroundings=small, pieces=(Piece(wrapper),))
     assert pot_values(on_edge)["pot_covered"] == (False,)
+
+
+@pytest.mark.parametrize(
+    ("half", "height", "is_covered"),
+    [
+        (0.03, 0.1, True),
+        (0.05, 0.07, True),
+        (0.02, 0.05, False),  # over the wrapper, as one that stands on its edge
+        (0.05, 0.04, False),  # no higher than a wrapper that lies on a filling
+    ],
+)
+def test_what_covers_the_press_is_no_wrapper(half: float, height: float, is_covered: bool) -> None:
+    x, y = np.meshgrid(np.arange(-half, half, 0.003), np.arange(-half, half, 0.003))
+    box = np.stack((PRESS[0] + x.ravel(), PRESS[1] + y.ravel(), np.full(x.size, PRESS[2] + height)), axis=1)
+    pieces = (Piece(Wrapper((PRESS[0] - HINGE_TO_PLATE, PRESS[1], PRESS[2]), 0.0, 0.0)),)
+    bench = KnownBench(pot=POT, press=PRESS, surroundings=box, pieces=pieces, is_lid_open=True)
+    found = covered_values(bench)
+    assert (found["press_covered"], found["place_covered"]) == ((is_covered,), (is_covered,))
+    assert ("covered_place" in found) == is_covered
+    beside = replace(bench, surroundings=box + np.array((0.0, 0.2, 0.0)))
+    assert covered_values(beside)["press_covered"] == (False,)
+    # Where the lid stands in the picture, nothing is known of the press.
+    assert not {"press_covered", "place_covered"} & covered_values(replace(bench, is_lid_open=False)).keys()
 
 
 def test_each_value_has_the_time_of_the_picture_that_shows_it() -> None:

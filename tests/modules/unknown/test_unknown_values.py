@@ -71,6 +71,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "filling_yaw": 0.1,
     "other_wrapper_position": (0.6, -0.34, 0.063),
     "blocker_position": (0.5, 0.0, 0.083),
+    "covered_place": (0.5, 0.0, 0.083),
     "blocker_yaw": 0.0,
     "aside_place": (0.58, 0.14, 0.02),
     "other_filling_position": (0.36, -0.14, 0.058),
