@@ -25,6 +25,9 @@ def plant_name(text: str) -> str:
         argparse.ArgumentTypeError: There is no such plant, or it cannot be imported.
     """
     if text not in PLANTS:
+        simulated = {package: plant for plant, package in _PACKAGES.items() if package not in PLANTS}
+        if text in simulated:
+            raise argparse.ArgumentTypeError(f"no plant is called `{text}`: `{simulated[text]}` runs on it")
         try:
             load_provider(text, PLANTS)
         except PlantProviderError as error:

@@ -16,6 +16,8 @@ def test_shipped_plants_are_accepted_and_others_refused_with_the_nearest_name() 
     assert [plant_name(one) for one in PLANTS] == list(PLANTS)
     with pytest.raises(ArgumentTypeError, match="no plant is called `mujocco`: did you mean `mujoco`"):
         plant_name("mujocco")
+    with pytest.raises(ArgumentTypeError, match="no plant is called `pybullet`: `physics` runs on it"):
+        plant_name("pybullet")
 
 
 @pytest.mark.parametrize(
