@@ -36,11 +36,12 @@ _STYLE = """\
 --bad:#a63a00;--good:#005b8f;--link:#005b8f}
 @media(prefers-color-scheme:dark){:root{--ink:#e4e6e8;--paper:#17191c;--line:#4a4f55;--quiet:#a5abb1;
 --ground:#22262a;--bad:#ff9b5e;--good:#6cc0f5;--link:#6cc0f5}}
-body{font:14px/1.45 sans-serif;margin:2em auto;max-width:1120px;padding:0 1em;color:var(--ink);
-background:var(--paper)}
+body{font:14px/1.45 sans-serif;margin:2em auto;max-width:1120px;padding:0 1em;overflow-wrap:break-word;
+color:var(--ink);background:var(--paper)}
 h1{font-size:1.5em;overflow-wrap:anywhere}
 h2{font-size:1.15em;margin-top:2em;border-bottom:1px solid var(--line)}
-nav a{margin-right:1em}a,span[role=button]{color:var(--link);text-decoration:underline}
+nav a{display:inline-block;min-height:24px;margin-right:1em}
+a,span[role=button]{color:var(--link);text-decoration:underline}
 video,.film{max-width:100%}.scroll,.paper{overflow-x:auto}
 table{border-collapse:collapse}
 td,th{text-align:left;vertical-align:top;padding:2px 10px 2px 0}
