@@ -126,7 +126,7 @@ def _headline(left: RunData) -> str:
     asked = next((_text(details.get("instruction")) for details in selected), "no task")
     counts = left.chain.decisions
     broken = "" if left.chain.is_sound else '<span class="bad">audit chain NOT SOUND</span> · '
-    return f"{broken}{asked}: {_ended(ended)} · {left.ends_at:.0f} s · {counts.denied} denied"
+    return f"{broken}{asked}: {_ended(ended, left)} · {left.ends_at:.0f} s · {counts.denied} denied"
 
 
 def _on_paper(diagram: str) -> str:
@@ -172,7 +172,7 @@ def _summary(left: RunData, signed: str) -> Iterator[str]:
     rows = [
         ("instruction", _noted_details(left, "task-selected", "instruction")),
         ("task", _noted_details(left, "task-selected", "task")),
-        ("ended", _ended(ended)),
+        ("ended", _ended(ended, left)),
         ("measured", _text(ended.get("measured")) if ended is not None else ""),
         ("decisions", f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"),
         ("steps", f"{len(left.runs)} run, {sum(run.failed is True for run in left.runs)} failed"),
@@ -195,7 +195,9 @@ def _end_of_task(left: RunData) -> Mapping[str, Any] | None:
     return details if kind == "run-ended" else None
 
 
-def _ended(details: Mapping[str, Any] | None) -> str:
+def _ended(details: Mapping[str, Any] | None, run: RunData) -> str:
+    if run.is_under_way and details is None:
+        return "under way"
     if details is None:
         return '<span class="bad">no end is recorded</span>'
     if details.get("reached") is True:
