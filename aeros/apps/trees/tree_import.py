@@ -16,6 +16,7 @@ from typing import Any, Final
 from aeros.apps.trees.leaves import ImportSettings, LeafBinder, TreeScope, identifier
 from aeros.apps.trees.library import TreeLibrary
 from aeros.apps.trees.reactive_nodes import reactive_form
+from aeros.apps.trees.subtree_ports import subtree_ports
 from aeros.apps.trees.supported_nodes import (
     FALLBACKS,
     MAX_REPEATS,
@@ -23,7 +24,6 @@ from aeros.apps.trees.supported_nodes import (
     RETRIES,
     SEQUENCES,
     SUBTREES,
-    ports_of,
     refusal_reason,
 )
 from aeros.apps.trees.tree_xml import TreeNode
@@ -343,38 +343,15 @@ class _Importer(_NodeReports):
         if name in place.trees:
             self.refuse(node, f"the tree `{name}` runs itself; a composition ends")
             return None
-        ports = ports_of(node)
-        is_old_file = node.path in self._library.old_files
-        is_old = is_old_file and node.tag == "SubTree"
-        right, other = ("__autoremap", "_autoremap") if is_old_file else ("_autoremap", "__autoremap")
-        reason = ""
-        remap = node.attributes.get(right, "false").lower()
-        is_remapped = remap in ("true", "1") and not is_old
-        if not is_old_file and not is_remapped:
-            ports = {**self._library.tree_ports.get(name, {}), **ports}
-        unset = sorted(port for port, value in ports.items() if not value and port not in node.attributes)
-        if is_old and ports:
-            reason = (
-                f'in a file without BTCPP_format="4", `{min(ports)}` of a SubTree is the name of an entry, '
-                "not a value; convert the file to format 4"
-            )
-        elif unset and not self._ignores_ports:
-            reason = (
-                f"the tree `{name}` is declared with the port `{unset[0]}`, which has no default; write it"
-            )
-        elif other in node.attributes:
-            reason = (
-                f'a file {"without" if is_old_file else "with"} BTCPP_format="4" has `{right}`, not `{other}`'
-            )
-        elif node.attributes.get("__shared_blackboard", "false").lower() not in ("false", "0"):
-            reason = "it shares its blackboard; let it remap the entries that it needs"
-        if reason:
-            self.refuse(node, reason)
+        found = subtree_ports(node, self._library, need_all=not self._ignores_ports)
+        if isinstance(found, str):
+            self.refuse(node, found)
             return None
         if tree is None:
-            return self._leaf(replace(node, tag="Action", attributes={**ports, **node.attributes}), place)
+            attributes = {**found.values, **node.attributes}
+            return self._leaf(replace(node, tag="Action", attributes=attributes), place)
         self._report(node, "", f"the tree `{name}`, written out")
-        scope = place.scope.inner(ports, len(self.reports), is_remapped=is_remapped)
+        scope = place.scope.inner(found.values, len(self.reports), is_remapped=found.is_remapped)
         return self.part(tree.children[0], replace(place, trees=(*place.trees, name), scope=scope))
 
     def _leaf(self, node: TreeNode, place: _Place) -> PartForm | None:
