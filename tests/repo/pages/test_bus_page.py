@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 
 from aeros.runtime.bus.messages import Message
+from aeros.runtime.bus.viewer import foxglove_messages
 from tests.repo.pages.shown import COMMAND, carry_out
 from tests.repo.tree import ROOT, text_of
 
@@ -30,6 +31,7 @@ def test_the_page_does_what_it_says(tmp_path: Path) -> None:
 
 def test_every_type_that_the_page_names_has_a_shape() -> None:
     shapes = {one.ros for one in Message.__subclasses__()}
+    assert foxglove_messages.SceneUpdate.ros in shapes
     named = set(re.findall(r"`(\w+/(?:msg|srv|action)/\w+)`", _PAGE))
     assert len(named) > 5
     for name in named:
