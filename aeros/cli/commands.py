@@ -79,6 +79,7 @@ GROUPS: Final[dict[str, CommandGroup]] = {
                 "run.tasks", "list the tasks that can be asked for, or show how an instruction is understood"
             ),
             "top": CommandEntry("top.top", "show a live view of a run"),
+            "live": CommandEntry("records.live", "serve the page of the run under way to a browser here"),
             "why": CommandEntry(
                 "records.why", "explain why a run failed, a step was denied or the robot stopped"
             ),

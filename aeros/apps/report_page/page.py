@@ -36,11 +36,12 @@ _STYLE = """\
 --bad:#a63a00;--good:#005b8f;--link:#005b8f}
 @media(prefers-color-scheme:dark){:root{--ink:#e4e6e8;--paper:#17191c;--line:#4a4f55;--quiet:#a5abb1;
 --ground:#22262a;--bad:#ff9b5e;--good:#6cc0f5;--link:#6cc0f5}}
-body{font:14px/1.45 sans-serif;margin:2em auto;max-width:1120px;padding:0 1em;color:var(--ink);
-background:var(--paper)}
+body{font:14px/1.45 sans-serif;margin:2em auto;max-width:1120px;padding:0 1em;overflow-wrap:break-word;
+color:var(--ink);background:var(--paper)}
 h1{font-size:1.5em;overflow-wrap:anywhere}
 h2{font-size:1.15em;margin-top:2em;border-bottom:1px solid var(--line)}
-nav a{margin-right:1em}a,span[role=button]{color:var(--link);text-decoration:underline}
+nav a{display:inline-block;min-height:24px;margin-right:1em}
+a,span[role=button]{color:var(--link);text-decoration:underline}
 video,.film{max-width:100%}.scroll,.paper{overflow-x:auto}
 table{border-collapse:collapse}
 td,th{text-align:left;vertical-align:top;padding:2px 10px 2px 0}
@@ -125,7 +126,7 @@ def _headline(left: RunData) -> str:
     asked = next((_text(details.get("instruction")) for details in selected), "no task")
     counts = left.chain.decisions
     broken = "" if left.chain.is_sound else '<span class="bad">audit chain NOT SOUND</span> · '
-    return f"{broken}{asked}: {_ended(ended)} · {left.ends_at:.0f} s · {counts.denied} denied"
+    return f"{broken}{asked}: {_ended(ended, left)} · {left.ends_at:.0f} s · {counts.denied} denied"
 
 
 def _on_paper(diagram: str) -> str:
@@ -171,7 +172,7 @@ def _summary(left: RunData, signed: str) -> Iterator[str]:
     rows = [
         ("instruction", _noted_details(left, "task-selected", "instruction")),
         ("task", _noted_details(left, "task-selected", "task")),
-        ("ended", _ended(ended)),
+        ("ended", _ended(ended, left)),
         ("measured", _text(ended.get("measured")) if ended is not None else ""),
         ("decisions", f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"),
         ("steps", f"{len(left.runs)} run, {sum(run.failed is True for run in left.runs)} failed"),
@@ -194,7 +195,9 @@ def _end_of_task(left: RunData) -> Mapping[str, Any] | None:
     return details if kind == "run-ended" else None
 
 
-def _ended(details: Mapping[str, Any] | None) -> str:
+def _ended(details: Mapping[str, Any] | None, run: RunData) -> str:
+    if run.is_under_way and details is None:
+        return "under way"
     if details is None:
         return '<span class="bad">no end is recorded</span>'
     if details.get("reached") is True:

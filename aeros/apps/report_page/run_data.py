@@ -137,6 +137,7 @@ class RunData:
         pause_changes: Plant time (s), and `paused` or `resumed`.
         stops: Plant time at which each stop began (s), and its text.
         problems: Messages about files that cannot be read or contradict each other.
+        is_under_way: True if the run goes on, so that its files are not complete.
     """
 
     chain: AuditReport = field(default_factory=lambda: AuditReport(0, GENESIS, None, "", DecisionCounts()))
@@ -150,6 +151,7 @@ class RunData:
     pause_changes: list[tuple[float, str]] = field(default_factory=list)
     stops: list[tuple[float, str]] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
+    is_under_way: bool = False
 
     @property
     def ends_at(self) -> float:

@@ -41,6 +41,31 @@ class ImportSettings:
     ignore_ports: bool = False
 
 
+def leaf_id(name: str) -> str:
+    """Return the ID of the leaf for a skill; BehaviorTree.CPP allows no `.` in an ID.
+
+    Args:
+        name: name of the skill, as in `clean_table.wipe`.
+
+    Returns:
+        The ID, as in `clean_table-wipe`.
+    """
+    return name.replace(".", "-")
+
+
+def declared_name(leaf: str) -> str:
+    """Return the name that an unbound leaf stands for.
+
+    Args:
+        leaf: ID of the leaf.
+
+    Returns:
+        A name in a module or of its own, as `leaf_id` wrote it; else the ID as an identifier.
+    """
+    is_in_module = re.fullmatch(r"[a-z][a-z0-9_]*[-.][a-z][a-z0-9_]*", leaf)
+    return leaf.replace("-", ".") if is_in_module else identifier(leaf)
+
+
 def identifier(text: str) -> str:
     """Write a name as manifests do.
 
@@ -118,6 +143,7 @@ class LeafBinder:
         self._library = library
         self._settings = settings
         self._ids: set[str] = set()
+        self._leaf_of: dict[tuple[str, str], str] = {}
         self._outputs: dict[str, str] = {}
 
     def skill(self, node: TreeNode) -> str:
@@ -130,7 +156,7 @@ class LeafBinder:
             Its name.
         """
         leaf = leaf_name(node)
-        return self._settings.skills.get(leaf, identifier(leaf))
+        return self._settings.skills.get(leaf, declared_name(leaf))
 
     def is_skill(self, name: str) -> bool:
         """Tell if the settings bind an ID to a skill.
@@ -266,7 +292,12 @@ class LeafBinder:
         declared = self._library.leaf_kinds.get(leaf, node.tag)
         if node.tag in LEAF_KINDS and declared != node.tag and not is_bound:
             return f"it is declared as {declared}; correct that, or bind it by --action or --condition"
-        if self.kind(node) != "Condition":
+        kind = self.kind(node)
+        if kind and not is_bound and leaf != STATE_CONDITION:
+            reason = self._name_fault(leaf, kind)
+            if reason:
+                return reason
+        if kind != "Condition":
             return ""
         ports = sorted(ports_of(node))
         if leaf == STATE_CONDITION and not is_bound:
@@ -281,11 +312,24 @@ class LeafBinder:
             return f"`{text}` is not a condition on the state: {error.message}"
         return ""
 
+    def _name_fault(self, leaf: str, kind: str) -> str:
+        """Return the reason that no name of a skill or a variable stands for this leaf alone."""
+        option = "--action" if kind == "Action" else "--condition"
+        lost = "".join(one for one in leaf if one.isalnum() and not one.isascii())
+        if lost or not any(one.isalnum() for one in leaf):
+            letters = f"`{lost}`" if lost else "its characters"
+            return f"names have the letters a to z, digits and `_`, not {letters}; bind it by {option}"
+        name = declared_name(leaf)
+        other = self._leaf_of.setdefault((kind, name), leaf)
+        if other != leaf:
+            return f"`{other}` and `{leaf}` are both `{name}`; bind one of them by {option}"
+        return ""
+
     def _expression(self, node: TreeNode) -> str:
         leaf = leaf_name(node)
         if leaf == STATE_CONDITION and leaf not in self._settings.conditions:
             return node.attributes.get("expression", "")
-        return self._settings.conditions.get(leaf, identifier(leaf))
+        return self._settings.conditions.get(leaf, declared_name(leaf))
 
 
 def joined_condition(conditions: Sequence[str], word: str) -> str:

@@ -9,6 +9,7 @@ from aeros.apps.trees.supported_nodes import is_built_in, leaf_name
 from aeros.apps.trees.tree_xml import TreeFileError, TreeNode
 
 LEAF_KINDS = ("Action", "Condition")
+_PORTS = ("input_port", "output_port", "inout_port")
 _EXPLICIT_KINDS = (*LEAF_KINDS, "Control", "Decorator")
 
 
@@ -22,6 +23,8 @@ class TreeLibrary:
             other tree runs; empty if there is none.
         leaf_kinds: `Action` or `Condition` by ID of a leaf, as `<TreeNodesModel>` declares it.
         output_ports: names of the output ports of each declared leaf.
+        tree_ports: of each tree that is declared its ports, each with its default; empty for none.
+        first_place: file and line of the first file's beginning, where it may name its main tree.
         old_files: files that are not of format 4, in which attributes of `SubTree` mean something else.
     """
 
@@ -29,6 +32,8 @@ class TreeLibrary:
     first_tree: str = ""
     leaf_kinds: dict[str, str] = field(default_factory=dict)
     output_ports: dict[str, set[str]] = field(default_factory=dict)
+    tree_ports: dict[str, dict[str, str]] = field(default_factory=dict)
+    first_place: str = ""
     old_files: set[str] = field(default_factory=set)
 
 
@@ -70,6 +75,7 @@ def collect_trees(files: Iterable[TreeNode]) -> TreeLibrary:
             _declare_leaves(model, found)
         if number == 0:
             found.first_tree = file.attributes.get("main_tree_to_execute", "") or _only_root(found)
+            found.first_place = f"{file.path}:{file.line}"
     return found
 
 
@@ -139,3 +145,7 @@ def _declare_leaves(model: TreeNode, found: TreeLibrary) -> None:
             found.leaf_kinds[name] = leaf.tag
             ports = {port.attributes.get("name", "") for port in leaf.children if port.tag == "output_port"}
             found.output_ports[name] = ports
+        elif leaf.tag == "SubTree" and name:
+            declared = (one.attributes for one in leaf.children if one.tag in _PORTS)
+            ports_of_tree = {one.get("name", ""): one.get("default", "") for one in declared}
+            found.tree_ports.setdefault(name, {}).update(ports_of_tree)

@@ -59,6 +59,19 @@ class ReactiveForm:
             return {"any": [held, {"check": joined_condition(rest, "or")}]} if rest else held
         return {"seq": [held, *({"check": one} for one in self.after)]} if self.after else held
 
+    def idle_part(self, child: dict[str, Any]) -> dict[str, Any]:
+        """Make the part of a composition for a child without an action: nothing changes while it runs.
+
+        Args:
+            child: the child as a part.
+
+        Returns:
+            The part, as a manifest writes it.
+        """
+        before = [{"check": self.guard}] if self.guard else []
+        parts = [*before, child, *({"check": one} for one in self.after)]
+        return {"any" if self.is_fallback else "seq": parts}
+
 
 def reactive_form(node: TreeNode, conditions: Sequence[str | None]) -> ReactiveForm | str:
     """Find the meaning of a reactive node.

@@ -15,6 +15,7 @@ FALLBACKS: Final = ("Fallback", "AsyncFallback", "Selector")
 RETRIES: Final = ("RetryUntilSuccessful", "RetryUntilSuccesful")
 REACTIVE: Final = ("ReactiveSequence", "ReactiveFallback")
 SUBTREES: Final = ("SubTree", "SubTreePlus")
+_NAMED: Final = (*SUBTREES, "Action", "Condition", "Control", "Decorator")
 SCRIPTS: Final = frozenset(
     (
         "_failureIf",
@@ -92,6 +93,8 @@ def refusal_reason(node: TreeNode) -> str:
         return _REFUSED[node.tag]
     if re.fullmatch(r"Switch\d", node.tag):
         return "it reads a blackboard, which a composition does not have"
+    if node.tag in _NAMED and not node.attributes.get("ID"):
+        return "it has no ID; write the name of the node or tree there"
     for key, value in node.attributes.items():
         if key in SCRIPTS and value:
             return f"`{key}` is a script over a blackboard, which a composition does not have"

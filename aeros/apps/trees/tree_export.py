@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any, Final
 
-from aeros.apps.trees.leaves import STATE_CONDITION
+from aeros.apps.trees.leaves import STATE_CONDITION, leaf_id
 from aeros.spec.expr.units import format_number, format_quantity
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.ecm import Ecm, Skill
@@ -47,7 +47,8 @@ def export_tree(ecm: Ecm, composition: Composition) -> str:
         The file's text.
 
     Raises:
-        UnexportableError: it is too large when its handlers are written out, or two ports have one name.
+        UnexportableError: it is too large when its handlers are written out, two ports have one name, or a
+            name is reserved.
     """
     root = ET.Element("root", BTCPP_format="4", main_tree_to_execute=composition.id)
     tree = ET.SubElement(root, "BehaviorTree", ID=composition.id)
@@ -56,6 +57,8 @@ def export_tree(ecm: Ecm, composition: Composition) -> str:
         tree = _child(tree, "Sequence")
         _condition(tree, composition.precondition_span.text)
     writer.add(tree, composition.body)
+    if "root" in (composition.id, *writer.used):
+        raise UnexportableError("BehaviorTree.CPP reserves the name `root`; rename the composition or skill")
     root.append(_models(ecm, writer.used))
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
@@ -179,7 +182,7 @@ class _Writer:
         ports = {name: _value(skills[0].inputs[name], value) for name, value in step.inputs.items()}
         ports |= {name: f"{{{flow.step}.{flow.output}}}" for name, flow in step.output_references.items()}
         ports |= {name: f"{{{id_}.{name}}}" for id_, name in sorted(self._flowing) if id_ == step.id}
-        _child(parent, "Action", ID=step.skill, name=step.id, **ports)
+        _child(parent, "Action", ID=leaf_id(step.skill), name=step.id, **ports)
 
 
 def _value(declared: Declared, value: Any) -> str:
@@ -200,7 +203,7 @@ def _models(ecm: Ecm, used: set[str]) -> ET.Element:
     condition = _child(models, "Condition", ID=STATE_CONDITION)
     _child(condition, "input_port", name="expression")
     for name in sorted(used):
-        action = _child(models, "Action", ID=name)
+        action = _child(models, "Action", ID=leaf_id(name))
         for tag, port in _ports(ecm.callable_skills[name]):
             _child(action, tag, name=port)
     return models

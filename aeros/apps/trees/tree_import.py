@@ -16,6 +16,7 @@ from typing import Any, Final
 from aeros.apps.trees.leaves import ImportSettings, LeafBinder, TreeScope, identifier
 from aeros.apps.trees.library import TreeLibrary
 from aeros.apps.trees.reactive_nodes import reactive_form
+from aeros.apps.trees.subtree_ports import subtree_ports
 from aeros.apps.trees.supported_nodes import (
     FALLBACKS,
     MAX_REPEATS,
@@ -23,7 +24,6 @@ from aeros.apps.trees.supported_nodes import (
     RETRIES,
     SEQUENCES,
     SUBTREES,
-    ports_of,
     refusal_reason,
 )
 from aeros.apps.trees.tree_xml import TreeNode
@@ -132,13 +132,9 @@ class _NodeReports:
         shown = f"{node.tag} `{name}`" if name else node.tag
         self.reports.append(NodeReport(node.path, node.line, shown, reason, note))
 
-    def _refuses_idle(self, node: TreeNode, part: PartForm, number: int) -> bool:
-        """Refuse a node with nothing to stop, in place of its report with this number; return True then."""
-        if _has_step(part):
-            return False
-        self.refuse(node, "no action is in it, so nothing of it can be stopped; write its conditions alone")
-        self.reports[number] = self.reports.pop()
-        return True
+    def _renote(self, number: int, *, reason: str = "", note: str = "") -> None:
+        """Replace what the report with this number says of its node."""
+        self.reports[number] = replace(self.reports[number], reason=reason, note=note)
 
 
 class _Importer(_NodeReports):
@@ -146,14 +142,12 @@ class _Importer(_NodeReports):
         super().__init__()
         self._library = library
         self._leaves = LeafBinder(library, settings)
+        self._ignores_ports = settings.ignore_ports
         self._is_full = False
 
     def part(self, node: TreeNode, place: _Place) -> PartForm | None:
         """Import a node with everything inside it; None after a refusal."""
-        if len(self.reports) >= MAX_NODES:
-            if not self._is_full:
-                self._is_full = True
-                self.refuse(node, f"the tree has more than {MAX_NODES} nodes with those of its subtrees")
+        if self._refuses_size(node, 1):
             return None
         if place.depth > MAX_NODE_DEPTH:
             self.refuse(
@@ -168,10 +162,21 @@ class _Importer(_NodeReports):
             return None
         condition = self._leaves.condition(node)
         if condition is not None:
-            for one in _within(node):
+            nodes = list(_within(node))
+            if self._refuses_size(node, len(nodes)):
+                return None
+            for one in nodes:
                 self._report(one, "", f"check: {condition}" if one is node else "part of the condition")
             return {"check": condition}
         return self._control(node, place)
+
+    def _refuses_size(self, node: TreeNode, count: int) -> bool:
+        """Refuse a tree that has too many nodes with so many more, once; return True then."""
+        is_full = len(self.reports) + count > MAX_NODES
+        if is_full and not self._is_full:
+            self.refuse(node, f"the tree has more than {MAX_NODES} nodes with those of its subtrees")
+        self._is_full |= is_full
+        return self._is_full
 
     def _control(self, node: TreeNode, place: _Place) -> PartForm | None:
         match node.tag:
@@ -238,23 +243,22 @@ class _Importer(_NodeReports):
         if wanted not in ("-1", count) or allowed != "1":
             reason = "it succeeds or fails with some of its children; a `par` needs all to succeed"
             return self._refuse_with_children(node, place, reason)
-        first = 0
-        while first < len(node.children) and self._leaves.condition(node.children[first]) is not None:
-            first += 1
-        late = [one for one in node.children[first:] if self._leaves.condition(one) is not None]
-        if late:
-            return self._refuse_with_children(
-                node, place, "a condition after an action is decided while the action runs; put it first"
-            )
+        number = len(self.reports)
         self._report(node, "", "par")
-        checks = self._parts(node.children[:first], place)
-        branches = self._parts(node.children[first:], place)
-        if not branches:
-            return _joined("seq", checks)
-        if any(one is not None and not _has_step(one) for one in branches):
-            self.refuse(node, "a branch has no action; put conditions into the branch of an action")
+        parts = self._parts(node.children, place)
+        known = [one for one in parts if one is not None]
+        if len(known) < len(parts):
             return None
-        return _joined("seq", [*checks, _joined("par", branches)]) if checks else _joined("par", branches)
+        # A child without an action takes no time: those at the beginning end before an action starts.
+        first = next((place for place, one in enumerate(known) if _has_step(one)), len(known))
+        if not all(_has_step(one) for one in known[first:]):
+            reason = (
+                "a child without an action comes after one with an action, which runs by then; put it first"
+            )
+            self._renote(number, reason=reason)
+            return None
+        branches = known[first:]
+        return _joined("seq", [*known[:first], *([_joined("par", branches)] if branches else [])])
 
     def _reactive(self, node: TreeNode, place: _Place) -> PartForm | None:
         found = reactive_form(node, [self._leaves.condition(one) for one in node.children])
@@ -266,8 +270,11 @@ class _Importer(_NodeReports):
             self._report(one, "", "part of the condition")
         inside = replace(place, goes_on=True) if found.goes_on else place
         part = self.part(found.child, inside)
-        if part is None or (found.guard and self._refuses_idle(node, part, number)):
+        if part is None:
             return None
+        if found.guard and not _has_step(part):
+            self._renote(number, note="any" if found.is_fallback else "seq")
+            return found.idle_part(part)
         return found.part(part, stops=not inside.goes_on)
 
     def _timed(self, node: TreeNode, place: _Place) -> PartForm | None:
@@ -275,14 +282,14 @@ class _Importer(_NodeReports):
         if _number(time) < 1:
             reason = f"`msec` is {_shown(time)}; a composition needs a number of milliseconds above 0"
             return self._refuse_with_children(node, place, reason)
-        if self._leaves.condition(node.children[0]) is not None:
-            reason = "its child is a condition, which takes no time; remove the time-out"
-            return self._refuse_with_children(node, place, reason)
         number = len(self.reports)
         self._report(node, "", f"timeout: {int(time)} ms")
         part = self.part(node.children[0], place)
-        if part is None or self._refuses_idle(node, part, number):
+        if part is None:
             return None
+        if not _has_step(part):
+            self._renote(number, note="its child, which takes no time")
+            return part
         return {"timeout": f"{int(time)} ms", "part": part} | (
             {} if place.goes_on else {"on_failure": "stop"}
         )
@@ -336,30 +343,15 @@ class _Importer(_NodeReports):
         if name in place.trees:
             self.refuse(node, f"the tree `{name}` runs itself; a composition ends")
             return None
-        ports = ports_of(node)
-        is_old_file = node.path in self._library.old_files
-        is_old = is_old_file and node.tag == "SubTree"
-        right, other = ("__autoremap", "_autoremap") if is_old_file else ("_autoremap", "__autoremap")
-        reason = ""
-        if is_old and ports:
-            reason = (
-                f'in a file without BTCPP_format="4", `{min(ports)}` of a SubTree is the name of an entry, '
-                "not a value; convert the file to format 4"
-            )
-        elif other in node.attributes:
-            reason = (
-                f'a file {"without" if is_old_file else "with"} BTCPP_format="4" has `{right}`, not `{other}`'
-            )
-        elif node.attributes.get("__shared_blackboard", "false").lower() not in ("false", "0"):
-            reason = "it shares its blackboard; let it remap the entries that it needs"
-        if reason:
-            self.refuse(node, reason)
+        found = subtree_ports(node, self._library, need_all=not self._ignores_ports)
+        if isinstance(found, str):
+            self.refuse(node, found)
             return None
         if tree is None:
-            return self._leaf(replace(node, tag="Action"), place)
-        remap = node.attributes.get(right, "false").lower()
+            attributes = {**found.values, **node.attributes}
+            return self._leaf(replace(node, tag="Action", attributes=attributes), place)
         self._report(node, "", f"the tree `{name}`, written out")
-        scope = place.scope.inner(ports, len(self.reports), is_remapped=remap in ("true", "1") and not is_old)
+        scope = place.scope.inner(found.values, len(self.reports), is_remapped=found.is_remapped)
         return self.part(tree.children[0], replace(place, trees=(*place.trees, name), scope=scope))
 
     def _leaf(self, node: TreeNode, place: _Place) -> PartForm | None:

@@ -16,6 +16,15 @@ from aeros.files import open_regular
 MAX_BYTES: Final = 10_000_000
 MAX_DEPTH: Final = 200
 MAX_FILES: Final = 500
+MAX_ELEMENTS: Final = 10_000
+"""The most elements of one file; the largest of 1,031 public ones has 133."""
+
+_CURES: Final = {
+    expat.errors.codes[expat.errors.XML_ERROR_INVALID_TOKEN]: (
+        "; text in attributes needs `&lt;` for `<` and `&amp;` for `&`, and names need quoted values"
+    ),
+    expat.errors.codes[expat.errors.XML_ERROR_NO_ELEMENTS]: "; the file is empty, or ends too early",
+}
 
 
 class TreeFileError(Exception):
@@ -139,6 +148,7 @@ def parse_tree(content: bytes, path: str) -> TreeNode:
         raise TreeFileError(path, 1, f"larger than {MAX_BYTES // 1_000_000} MB; split the file")
     parser = expat.ParserCreate()
     found: list[TreeNode] = []
+    count = 0
     inside: list[TreeNode] = []
 
     def refuse(*_: Any) -> None:
@@ -147,7 +157,11 @@ def parse_tree(content: bytes, path: str) -> TreeNode:
         )
 
     def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal count
+        count += 1
         node = TreeNode(tag, attributes, path, parser.CurrentLineNumber)
+        if count > MAX_ELEMENTS:
+            raise TreeFileError(path, node.line, f"more than {MAX_ELEMENTS} elements; split the file")
         if len(inside) >= MAX_DEPTH:
             raise TreeFileError(path, node.line, f"nested more than {MAX_DEPTH} deep; use subtrees")
         (inside[-1].children if inside else found).append(node)
@@ -160,8 +174,10 @@ def parse_tree(content: bytes, path: str) -> TreeNode:
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:
-        reason = f"is not well-formed XML: {expat.ErrorString(error.code)}"
+        reason = f"is not well-formed XML: {expat.ErrorString(error.code)}{_CURES.get(error.code, '')}"
         raise TreeFileError(path, error.lineno, reason) from error
     except (LookupError, ValueError) as error:  # an encoding that Python lacks
-        raise TreeFileError(path, parser.CurrentLineNumber, f"cannot be decoded: {error}") from error
+        raise TreeFileError(
+            path, parser.CurrentLineNumber, f"cannot be decoded; save it as UTF-8: {error}"
+        ) from error
     return found[0]

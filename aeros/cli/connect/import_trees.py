@@ -93,11 +93,15 @@ def _command(arguments: argparse.Namespace) -> Exit:
     try:
         library = collect_trees(read_tree_files(arguments.files))
     except TreeFileError as error:
+        if arguments.format == "json":
+            refused = NodeReport(error.path, error.line, "", error.reason)
+            print_data(json.dumps(_report(ImportedTree(None, (refused,)), "", ""), indent=2))
         print(f"aeros: {escape_invisible(str(error))}", file=sys.stderr)
         return Exit.REJECTED
     tree = arguments.tree or library.first_tree
     if tree not in library.trees:
-        raise UsageError(_missing_tree(tree, library.trees))
+        place = "" if arguments.tree else f"{library.first_place}: "
+        raise UsageError(place + _missing_tree(tree, library.trees))
     for option, bound in (("--action", settings.skills), ("--condition", settings.conditions)):
         _require_known(option, bound, leaf_names(library))
     doubled = settings.skills.keys() & settings.conditions.keys()

@@ -215,7 +215,9 @@ def _open_transport(arguments: argparse.Namespace, address: HttpAddress | None) 
 
         return _Transport(
             "stdio",
-            lambda tools, log, is_over: serve_stdio(build_server(tools, Resources(tools, log)), is_over),
+            lambda tools, log, is_over: serve_stdio(
+                build_server(tools, Resources(tools, log)), is_over, print_warning
+            ),
         )
     from aeros.apps.mcp.transports.http_server import UNATTENDED_LIMIT_S, serve_http
 

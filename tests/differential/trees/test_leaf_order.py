@@ -130,8 +130,9 @@ class Trees:
         guards = 1 if tag == "WhileDoElse" else self.pick([1, 1, 2, 0])
         before = "".join(self.guard() for _ in range(guards))
         after = "" if tag == "WhileDoElse" else self.pick(["", "", self.guard()])
+        action = self.pick([*["action"] * 5, ""]) and self.action()
         # BehaviorTree.CPP reads no explicit leaf there.
-        return f"<{tag}>{before}<Sequence>{self.tree(depth - 1)}{self.action()}</Sequence>{after}</{tag}>"
+        return f"<{tag}>{before}<Sequence>{self.tree(depth - 1)}{action}</Sequence>{after}</{tag}>"
 
     def tree(self, depth: int) -> str:
         if not depth:
@@ -147,8 +148,9 @@ class Trees:
         if tag in ("ReactiveSequence", "ReactiveFallback", "WhileDoElse"):
             return self.reactive(tag, depth)
         if tag == "Parallel":
+            idle = self.pick(["", f"<ForceSuccess><Inverter>{self.guard()}</Inverter></ForceSuccess>"])
             branches = "".join(f"<Sequence>{self.action()}{self.leaf()}</Sequence>" for _ in range(2))
-            return f'<Parallel success_count="-1" failure_count="1">{branches}</Parallel>'
+            return f'<Parallel success_count="-1" failure_count="1">{idle}{branches}</Parallel>'
         if tag == "IfThenElse":
             other = self.pick(["", self.tree(depth - 1)])
             condition = f'<Condition ID="{self.pick(CONDITIONS)}"/>'

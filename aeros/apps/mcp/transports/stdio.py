@@ -16,12 +16,13 @@ _POLL_INTERVAL_S: Final = 0.1  # s
 _MAX_LINE_BYTES: Final = 1_000_000  # bytes
 
 
-def serve_stdio(server: Server[Any], is_over: Callable[[], bool]) -> None:
+def serve_stdio(server: Server[Any], is_over: Callable[[], bool], warn: Callable[[str], None]) -> None:
     """Serve one client until it disconnects or `is_over` returns true.
 
     Args:
         server: Answers the client.
         is_over: Polled every 0.1 s.
+        warn: Gets a sentence about input that is no message.
     """
 
     async def watch(scope: anyio.CancelScope) -> None:
@@ -30,7 +31,7 @@ def serve_stdio(server: Server[Any], is_over: Callable[[], bool]) -> None:
         scope.cancel()
 
     async def answer() -> None:
-        lines: Any = _StdinLines()
+        lines: Any = _StdinLines(warn)
         answers: Any = _StdoutLines()
         # Cancelling the scope ends the reader; otherwise only the client can end it.
         async with anyio.create_task_group() as group:
@@ -49,7 +50,9 @@ class _StdinLines:
     accepts lines of any length.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, warn: Callable[[str], None]) -> None:
+        self._warn = warn
+        self._has_warned = False
         self._file = os.dup(0)
         with open(os.devnull, "rb") as nothing:
             os.dup2(nothing.fileno(), 0)
@@ -61,13 +64,19 @@ class _StdinLines:
     async def __anext__(self) -> str:
         while b"\n" not in self._rest:
             if len(self._rest) > _MAX_LINE_BYTES:
-                raise StopAsyncIteration  # a hostile client; where the next message starts is unknown
+                # A hostile client; where the next message starts is unknown.
+                self._warn(f"the client sent a line of more than {_MAX_LINE_BYTES} bytes; the session ends")
+                raise StopAsyncIteration
             await anyio.wait_readable(self._file)
             read = os.read(self._file, 65_536)
             if not read:
                 raise StopAsyncIteration
             self._rest += read
         line, _, self._rest = self._rest.partition(b"\n")
+        # The SDK drops such a line without a word.
+        if not self._has_warned and not line.lstrip().startswith(b"{"):
+            self._has_warned = True
+            self._warn("a line of the input is no message of the protocol; such lines get no answer")
         return line.decode("utf-8", "replace")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 import stat
+from errno import ELOOP
 from pathlib import Path
 from typing import Final
 
@@ -28,7 +29,7 @@ def ensure_token(path: Path) -> str:
         path: The file.
 
     Returns:
-        The token, at least 32 printable characters without spaces.
+        The token, 32 to 1000 printable characters without spaces.
 
     Raises:
         TokenError: The file cannot be read or written, others can read it, or it holds no such token.
@@ -39,14 +40,19 @@ def ensure_token(path: Path) -> str:
         descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
         with os.fdopen(descriptor, "rb") as file:
             mode = os.fstat(descriptor).st_mode
-            text = file.read(_MAX_BYTES).decode("ascii", "replace").strip()
+            if not stat.S_ISREG(mode):
+                raise TokenError(f"`{path}` is no regular file; delete it, or name another token file")
+            text = file.read(_MAX_BYTES + 1).decode("ascii", "replace")
     except OSError as error:
-        raise TokenError(f"cannot use the token file `{path}`: {error.strerror}") from error
-    if not stat.S_ISREG(mode) or mode & 0o077:
+        reason = "it is a link; name the file itself" if error.errno == ELOOP else error.strerror
+        raise TokenError(f"cannot use the token file `{path}`: {reason}") from error
+    if mode & 0o077:
         raise TokenError(f"`{path}` must be a file that only you can read: chmod 600 '{path}'")
-    if len(text) < _MIN_CHARS or not all("!" <= character <= "~" for character in text):
+    is_long = len(text) > _MAX_BYTES
+    text = text.strip()
+    if is_long or len(text) < _MIN_CHARS or not all("!" <= character <= "~" for character in text):
         raise TokenError(
-            f"`{path}` must hold one token of at least {_MIN_CHARS} printable characters; "
+            f"`{path}` must hold one token of {_MIN_CHARS} to {_MAX_BYTES} printable characters; "
             "delete it for a new one"
         )
     return text

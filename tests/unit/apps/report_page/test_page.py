@@ -8,6 +8,9 @@ import json
 import re
 import shutil
 import subprocess
+import urllib.request
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -253,3 +256,51 @@ def test_a_browser_has_nothing_to_complain_of(tmp_path: Path) -> None:
     assert "CONSOLE" not in done.stderr
     # Its script has run: the filter is there.
     assert re.search(r'<form id="filter">', done.stdout)
+
+
+@contextmanager
+def narrow_browser(profile: Path) -> Iterator[Callable[[str, dict[str, Any]], dict[str, Any]]]:
+    """Chromium with a screen of 390 pixels, which is given commands of its DevTools protocol."""
+    from websockets.sync.client import connect
+
+    command = [
+        *(str(CHROMIUM), "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-port=0"),
+        *(f"--user-data-dir={profile}", "about:blank"),
+    ]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as browser:
+        try:
+            assert browser.stderr is not None
+            started = (re.search(r"listening on ws://([^/]+)/", line) for line in browser.stderr)
+            address = next(one[1] for one in started if one is not None)
+            with urllib.request.urlopen(f"http://{address}/json", timeout=60) as pages:
+                target = next(one for one in json.load(pages) if one["type"] == "page")
+            with connect(target["webSocketDebuggerUrl"], max_size=None) as socket:
+
+                def ask(method: str, parameters: dict[str, Any]) -> dict[str, Any]:
+                    socket.send(json.dumps({"id": 1, "method": method, "params": parameters}))
+                    while (answer := json.loads(socket.recv(60.0))).get("id") != 1:
+                        pass
+                    found: dict[str, Any] = answer["result"]
+                    return found
+
+                screen = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": False}
+                ask("Emulation.setDeviceMetricsOverride", screen)
+                yield ask
+        finally:
+            browser.kill()
+
+
+@pytest.mark.deep
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium")
+def test_a_telephone_need_not_scroll_sideways(tmp_path: Path) -> None:
+    page = tmp_path / "report.html"
+    run = read_run_data(Path(__file__).parents[1] / "data" / "run_with_a_person")
+    # Its site is not there, so the page has a digest in a sentence.
+    page.write_text(page_of(run, "run", {}, "not checked"), encoding="utf-8")
+    with narrow_browser(tmp_path / "profile") as ask:
+        ask("Page.navigate", {"url": page.as_uri()})
+        script = "document.readyState + document.querySelectorAll('footer').length"
+        while ask("Runtime.evaluate", {"expression": script})["result"]["value"] != "complete1":
+            pass
+        width = {"expression": "document.documentElement.scrollWidth"}
+        assert 300 < ask("Runtime.evaluate", width)["result"]["value"] <= 390

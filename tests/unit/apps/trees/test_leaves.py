@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.apps.trees.leaves import ImportSettings, LeafBinder, TreeScope, blackboard_entry
+from aeros.apps.trees.leaves import (
+    ImportSettings,
+    LeafBinder,
+    TreeScope,
+    blackboard_entry,
+    declared_name,
+    leaf_id,
+)
 from aeros.apps.trees.library import TreeLibrary
 from aeros.apps.trees.tree_xml import TreeNode, parse_tree
 
@@ -62,3 +69,11 @@ def test_ports_refer_to_the_blackboard_or_are_values() -> None:
 def test_every_step_gets_an_id_of_its_own() -> None:
     one = binder()
     assert [one.new_id("a") for _ in range(3)] == ["a", "a_2", "a_3"]
+
+
+def test_a_skill_of_another_module_keeps_its_name() -> None:
+    assert [declared_name(leaf_id(one)) for one in ("wipe", "clean_table.wipe")] == [
+        "wipe",
+        "clean_table.wipe",
+    ]
+    assert [declared_name(one) for one in ("Pick-Up", "a-b-c", "a.b")] == ["pick_up", "a_b_c", "a.b"]

@@ -38,11 +38,13 @@ def test_explicit_nodes_are_compact_ones() -> None:
 
 
 def test_leaves_are_declared() -> None:
-    leaves = '<Condition ID="C"/><Action ID="A"><output_port name="out"/></Action>'
+    ports = '<input_port name="w" default="2"/><output_port name="x"/>'
+    leaves = f'<SubTree ID="S">{ports}</SubTree><Condition ID="C"/>'
+    leaves += '<Action ID="A"><output_port name="out"/></Action>'
     model = f"<TreeNodesModel>{leaves}</TreeNodesModel>"
     found = library(f"<root>{tree('A')}{model}</root>")
     assert found.leaf_kinds == {"C": "Condition", "A": "Action"}
-    assert found.output_ports["A"] == {"out"}
+    assert (found.output_ports["A"], found.tree_ports) == ({"out"}, {"S": {"w": "2", "x": ""}})
     calls = tree("A", '<Sequence><B/><SubTree ID="S"/></Sequence>')
     new = library(f'<root BTCPP_format="4">{calls}</root>')
     assert (leaf_names(found), leaf_names(new)) == ({"A"}, {"B", "S"})

@@ -108,3 +108,12 @@ def test_a_composition_that_no_file_can_hold_is_refused(monkeypatch: pytest.Monk
     monkeypatch.setattr(tree_export, "MAX_ELEMENTS", 3)
     with pytest.raises(UnexportableError, match="more than 3 elements"):
         written(Seq((step("look"),) * 4))
+
+
+def test_ids_are_those_that_the_library_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """BehaviorTree.CPP 4.10 refuses IDs with a `.`, and the ID `root`."""
+    monkeypatch.setitem(SKILLS, "other.look", skill("other.look", outcome("seen", {})))
+    text = export_tree(ECM, Composition("c", t.TRUE, None, step("other.look"), {}, SPAN))
+    assert text.count('<Action ID="other-look"') == 2
+    with pytest.raises(UnexportableError, match="reserves the name `root`"):
+        export_tree(ECM, Composition("root", t.TRUE, None, step("look"), {}, SPAN))

@@ -80,6 +80,16 @@ def tried(body: str, settings: ImportSettings | None = None, more: str = "") -> 
                 ]
             },
         ),
+        (
+            f"<Parallel><ReactiveSequence>{C}<ForceSuccess>{C}</ForceSuccess></ReactiveSequence>{A}</Parallel>",
+            {"seq": [{"seq": [CHECK, {"tolerate": CHECK}]}, DO_A | STOP]},
+        ),
+        (
+            f"<Sequence>{A}<ReactiveFallback>{C}<ForceFailure>{C}</ForceFailure></ReactiveFallback></Sequence>",
+            {"seq": [DO_A | STOP, {"any": [CHECK, {"seq": [{"tolerate": CHECK}, {"check": "false"}]}]}]},
+        ),
+        (f'<Sequence>{A}<Timeout msec="5">{C}</Timeout></Sequence>', {"seq": [DO_A | STOP, CHECK]}),
+        ('<Action ID="tidy-wipe"/>', {"skill": "tidy.wipe", "id": "wipe"} | STOP),
         (f'<Timeout msec="1500">{A}</Timeout>', {"timeout": "1500 ms", "part": DO_A | STOP} | STOP),
         (
             '<Action ID="Move" name="Move there" speed="0.2 m/s"/>',
@@ -105,14 +115,12 @@ def test_a_node_becomes_a_part(body: str, part: dict[str, Any]) -> None:
         (f'<Timeout msec="0">{A}</Timeout>', "3: Timeout: `msec` is 0; a composition needs a number"),
         (f'<Timeout msec="{{t}}">{A}</Timeout>', "`msec` is {t}; a composition needs a number"),
         (f"<Timeout>{A}</Timeout>", "`msec` is missing"),
-        (f'<Sequence>{A}<Timeout msec="5">{C}</Timeout></Sequence>', "its child is a condition, which takes"),
+        ("<Action/>", "3: Action: it has no ID; write the name"),
+        (f'<Sequence>{A}<Action ID="Öffne"/></Sequence>', "digits and `_`, not `Ö`; bind it by --action"),
+        (f'<Sequence>{A}<Action ID="?"/></Sequence>', "digits and `_`, not its characters; bind it by"),
         (
-            f"<Sequence>{A}\n<ReactiveSequence>{C}<ForceSuccess>{C}</ForceSuccess></ReactiveSequence></Sequence>",
-            "4: ReactiveSequence: no action is in it",
-        ),
-        (
-            f'<Sequence>{A}\n<Timeout msec="5"><ForceSuccess>{C}</ForceSuccess></Timeout></Sequence>',
-            "4: Timeout: no action is in it",
+            f'<Sequence>{A}<Action ID="Open_Gripper"/></Sequence>',
+            "`OpenGripper` and `Open_Gripper` are both `open_gripper`; bind one of them by --action",
         ),
         (f"<Sequence _while='x'>{A}</Sequence>", "3: Sequence: `_while` is a script"),
         (f"<Sequence>\n{A}<Script code='x:=1'/></Sequence>", "4: Script: scripts change a blackboard"),
@@ -135,7 +143,7 @@ def test_a_node_becomes_a_part(body: str, part: dict[str, Any]) -> None:
         ),
         (f'<Repeat num_cycles="101">{A}</Repeat>', "`num_cycles` is 101"),
         (f'<Parallel failure_count="2">{A}{B}</Parallel>', "it succeeds or fails with some of its children"),
-        (f"<Parallel>{A}{C}</Parallel>", "a condition after an action is decided while the action runs"),
+        (f"<Parallel>{A}{C}</Parallel>", "3: Parallel: a child without an action comes after one with an"),
         (f"<IfThenElse>{A}{B}</IfThenElse>", "its first child is not a condition"),
         ('<SubTree ID="Other"/>', "3: SubTree `Other`: no tree `Other` is in these files"),
         ('<SubTree ID="T"/>', "the tree `T` runs itself"),
@@ -303,3 +311,35 @@ def test_a_subtree_that_no_file_has_may_be_a_skill() -> None:
     found = tried(body, ImportSettings({"Move to Waypoint": "move"}))
     assert found.part == {"skill": "move", "inputs": {"waypoint": "Home"}} | STOP
     assert "or bind it to a skill by --action" in tried(body).refused[0].reason
+
+
+@pytest.mark.parametrize(
+    ("port", "call", "end"),
+    [
+        ('<input_port name="w" default="2 s"/>', '<SubTree ID="S"/>', {"by": "2 s"}),
+        ('<input_port name="w" default="2 s"/>', '<SubTree ID="S" w="3 s"/>', {"by": "3 s"}),
+        (
+            '<inout_port name="w" default="2 s"/>',
+            '<SubTree ID="S" _autoremap="true"/>',
+            "the port `by` reads `{w}`",
+        ),
+        (
+            '<input_port name="w"/>',
+            '<SubTree ID="S"/>',
+            "the tree `S` is declared with the port `w`, which has no",
+        ),
+    ],
+)
+def test_a_declared_subtree_has_the_defaults_of_its_ports(
+    port: str, call: str, end: dict[str, str] | str
+) -> None:
+    more = (
+        '<BehaviorTree ID="S"><Action ID="Wait" by="{w}"/></BehaviorTree>'
+        f'<TreeNodesModel><SubTree ID="S">{port}</SubTree></TreeNodesModel>'
+    )
+    found = tried(call, more=more)
+    if isinstance(end, str):
+        assert found.refused[0].reason.startswith(end)
+    else:
+        assert found.part is not None
+        assert found.part["inputs"] == end

@@ -41,9 +41,23 @@ def test_elements_have_their_lines() -> None:
         (b"<root>&lost;</root>", "a.xml:1: is not well-formed XML: undefined entity"),
         (b'<?xml version="1.0" encoding="ebcdic-xx"?><root/>', "a.xml:1:"),
         (b"<a>" * 300, "a.xml:1: nested more than 200 deep; use subtrees"),
+        (b"<r>\n" + b"<a/>" * tree_xml.MAX_ELEMENTS, "a.xml:2: more than 10000 elements; split the file"),
+        (b'<r a="1 < 2"/>', "a.xml:1: is not well-formed XML: not well-formed (invalid token); text in attr"),
         (b"<a/>" + b" " * tree_xml.MAX_BYTES, "a.xml:1: larger than 10 MB; split the file"),
     ],
-    ids=["entities", "outside", "empty", "binary", "mismatched", "undefined", "encoding", "deep", "large"],
+    ids=[
+        "entities",
+        "outside",
+        "empty",
+        "binary",
+        "mismatched",
+        "undefined",
+        "encoding",
+        "deep",
+        "wide",
+        "less",
+        "large",
+    ],
 )
 def test_a_file_that_is_no_tree_is_refused_with_its_line(content: bytes, message: str) -> None:
     with pytest.raises(TreeFileError) as caught:

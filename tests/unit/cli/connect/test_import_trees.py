@@ -109,3 +109,16 @@ def test_files_without_a_tree_are_refused(tree: Path, capsys: pytest.CaptureFixt
         tree.write_text(text)
         assert main(["import", "bt", str(tree)]) in (Exit.USAGE, Exit.REJECTED)
         assert message in capsys.readouterr().err
+
+
+def test_faults_of_a_file_have_their_place_in_the_report_too(
+    tree: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tree.write_text(TREE.replace("Fallback>", "Fallback>&gone;"))
+    assert main(["import", "bt", str(tree), "--format", "json"]) == Exit.REJECTED
+    (node,) = json.loads(capsys.readouterr().out)["nodes"]
+    assert (node["file"], node["line"]) == (str(tree), 3)
+    tree.write_text(TREE.replace('"4"', '"4" main_tree_to_execute="Tidi"'))
+    assert main(["import", "bt", str(tree)]) == Exit.USAGE
+    shown = capsys.readouterr().err
+    assert f"{tree}:1: no tree `Tidi` is in these files; did you mean `Tidy`?" in shown

@@ -172,7 +172,10 @@ class Inspector:
     def ask(self, method: str, *options: str) -> Any:
         entry = self._packages / "@modelcontextprotocol" / "inspector" / "clients" / "launcher" / "build"
         done = run_node(
-            self._packages, str(entry / "index.js"), "--cli", *self._target(), "--method", method, *options
+            self._packages,
+            *(str(entry / "index.js"), "--cli", *self._target()),
+            # It waits 15 s by default, which a loaded machine may need to start the server.
+            *("--connect-timeout", "120000", "--method", method, *options),
         )
         assert done.returncode == 0, done.stdout + done.stderr
         return json.loads(done.stdout)

@@ -169,18 +169,19 @@ def test_bytes_that_are_no_message_neither_break_nor_fill_the_server(sent: bytes
     assert verify_log(tmp_path / "out" / "audit.jsonl").is_sound
 
 
-async def lines_of(sent: bytes) -> list[str]:
-    """The lines that the server reads of a client that sends this and stays."""
+async def lines_of(sent: bytes) -> tuple[list[str], list[str]]:
+    """The lines that the server reads of a client that sends this and stays, and its warnings."""
     import anyio
 
     from aeros.apps.mcp.transports.stdio import _StdinLines
 
+    warned: list[str] = []
     reading, writing = os.pipe()
     keep = os.dup(0)
     os.dup2(reading, 0)
     os.close(reading)
     try:
-        lines = _StdinLines()
+        lines = _StdinLines(warned.append)
     finally:
         os.dup2(keep, 0)
         os.close(keep)
@@ -195,22 +196,25 @@ async def lines_of(sent: bytes) -> list[str]:
     os.close(lines._file)
     sender.join(20)
     os.close(writing)
-    return found
+    return found, warned
 
 
 @pytest.mark.parametrize(
-    ("sent", "read"),
+    ("sent", "read", "warned"),
     [
-        (b"one\nlast\n", ["one", "last"]),
-        (b"x" * 300_000 + b"\nlast\n", ["x" * 300_000, "last"]),
-        (b"one\n" + b"x" * 1_100_000, ["one"]),
+        (b"one\nlast\n", ["one", "last"], ["is no message of the protocol"]),
+        (b" {}\n{}last\nlast\n", [" {}", "{}last", "last"], ["is no message of the protocol"]),
+        (b"{" * 300_000 + b"\nlast\n", ["{" * 300_000, "last"], ["is no message of the protocol"]),
+        (b"{}\n" + b"x" * 1_100_000, ["{}"], ["more than 1000000 bytes; the session ends"]),
     ],
-    ids=["short lines", "a long line", "a line without an end"],
+    ids=["short lines", "objects", "a long line", "a line without an end"],
 )
-def test_a_line_without_an_end_ends_the_session(sent: bytes, read: list[str]) -> None:
+def test_a_line_without_an_end_ends_the_session(sent: bytes, read: list[str], warned: list[str]) -> None:
     import anyio
 
-    assert anyio.run(lines_of, sent) == read
+    found, warnings = anyio.run(lines_of, sent)
+    assert found == read
+    assert [text in given for text, given in zip(warned, warnings, strict=True)] == [True] * len(warned)
 
 
 async def link_speed(client: Any, unknown: float) -> float:

@@ -93,7 +93,7 @@ def test_without_aeros_msgs_decisions_are_json_text(domain: Domain) -> None:
 def test_a_reader_of_another_vendor_gets_every_decision(domain: Domain) -> None:
     folder = Path(__file__).parent / "foreign"
     reader = subprocess.Popen(
-        [cyclone_environment(), "-I", folder / "cyclone_reader.py", domain.variables["ROS_DOMAIN_ID"], "60"],
+        [cyclone_environment(), "-I", folder / "cyclone_reader.py", domain.variables["ROS_DOMAIN_ID"], "180"],
         env={**os.environ, "CYCLONEDDS_URI": (folder / "cyclone_on_this_machine.xml").as_uri()},
         text=True,
         stdout=subprocess.PIPE,
@@ -101,7 +101,7 @@ def test_a_reader_of_another_vendor_gets_every_decision(domain: Domain) -> None:
     assert reader.stdout is not None
     assert reader.stdout.readline() == "ready\n"
     with domain.robot(*_RUN) as robot:
-        robot.communicate(timeout=90.0)
+        robot.communicate(timeout=150.0)
     out, _ = reader.communicate(timeout=90.0)
     decided = sum(record.get("event") == "decision" for record in domain.events())
     assert json.loads(out) == {"count": decided, "verdict": "ALLOW"}

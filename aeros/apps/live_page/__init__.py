@@ -1,0 +1,1 @@
+"""The page of a run while it is under way: the report's page, made anew and served on this host."""
