@@ -112,9 +112,9 @@ def _attribute_text(name: str, one: RememberedValue) -> str:
         return f"{one.value:g} of them"
     if name != "position":
         return name if one.value else f"not {name}"
-    text = f"at {_value_text(one.value)}"
+    text = f"at {_value_text(one.value)} m"
     if one.uncertainty is not None:
-        text += f" ± {one.uncertainty:g}"
+        text += f" ± {one.uncertainty:g} m"
     return text + (f" (at first {_usual_text(one)})" if one.sessions > 1 else "")
 
 

@@ -90,7 +90,7 @@ def test_a_thing_has_its_kind_and_place_and_each_attribute_its_age(
     assert crumb == "fetch.crumb   crumb: 3 of them, 0 s ago in session 1"
     first, second = can.removeprefix("fetch.object  can: ").split("; ")
     assert {first, second} == {
-        "at (1, 0.5, 0.25) ± 0.01, on tray, 0 s ago in session 1",
+        "at (1, 0.5, 0.25) m ± 0.01 m, on tray, 0 s ago in session 1",
         "not held, 0 s ago in session 2",
     }
     _, out, _ = run(capsys, "object", "--state", str(tmp_path), "--format", "json")
