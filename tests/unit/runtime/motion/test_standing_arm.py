@@ -56,7 +56,7 @@ def arms_are_apart(mine: dict[str, list[Vec3]], theirs: dict[str, list[Vec3]]) -
     )
 
 
-def test_what_is_found_clear_is_clear_wherever_the_standing_arm_is_within_its_tolerance() -> None:
+def test_a_clear_motion_keeps_off_a_standing_arm_anywhere_within_its_tolerance() -> None:
     chance = Random(4)  # noqa: S311 - nothing here is secret
     tolerance = (0.02,) * 7
     both = with_standing_arm(PANDA_BODY, PANDA_BODY, BESIDE, READY, tolerance)
