@@ -1,10 +1,12 @@
-"""Forward kinematics of a chain of revolute joints, for one joint position, without NumPy.
+"""Forward kinematics of a chain of revolute and prismatic joints, for one joint position, without NumPy.
 
 This is the only scalar implementation: the gate bounds motions with it, and simulators place their robot with
 it. It lies below both layers because neither may import the other. `aeros.sim.robot.kinematics.forward`
 computes many joint positions at once, with NumPy.
 
-Frames: B is the robot's base. A link has the frame of the joint that moves it; that joint turns about its z.
+Frames: B is the robot's base. A link has the frame of the joint that moves it; a revolute joint turns it
+about its z, a prismatic joint slides it along its z.
+Units: positions of joints are rad, of prismatic joints m.
 Source: J. J. Craig, Introduction to Robotics, modified Denavit-Hartenberg parameters.
 """
 
@@ -16,15 +18,21 @@ from math import asin, atan2, cos, sin
 from typing import Final, NamedTuple, Protocol, TypeVar
 
 Triple = tuple[float, float, float]
-Row = tuple[float, float, float] | tuple[float, float, float, float]
+Row = (
+    tuple[float, float, float] | tuple[float, float, float, float] | tuple[float, float, float, float, float]
+)
 """Modified Denavit-Hartenberg parameters of a joint: a (m), alpha (rad), d (m); theta at position 0 (rad).
 
-Without the fourth, theta is the joint's position.
+Without the fourth, theta at position 0 is 0. A fifth number, `PRISMATIC`, says that the joint slides: its
+position adds to d. Without it the joint turns: its position adds to theta.
 """
+
+PRISMATIC: Final = 1.0
+"""Fifth number of the row of a prismatic joint."""
 
 
 class JointFrame(NamedTuple):
-    """A link's frame in B; the joint turns the link about `z`.
+    """A link's frame in B; the joint turns the link about `z`, or slides it along `z`.
 
     Attributes:
         origin: its origin, m.
@@ -83,16 +91,19 @@ ORIGIN: Final = JointFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0
 _GIMBAL_LOCK: Final = 1e-6
 """Cosine of the pitch below which roll and yaw turn about the same axis."""
 
-Mounting = tuple[float, float, float, float, float, float]
+Mounting = tuple[float, float, float, float, float, float, bool]
 """Mounting of a joint on the link before it: the part of its transform that its position does not change.
 
-The joint's origin in the frame before it (x, y, z in m), the cosine and sine of the twist alpha, and theta at
-position 0 (rad).
+The joint's origin at position 0 in the frame before it (x, y, z in m), the cosine and sine of the twist
+alpha, theta at position 0 (rad), and True if the joint is prismatic.
 """
 
 
 def mounting_of(row: Row) -> Mounting:
-    """Compute the constants of a joint's transform Rx(alpha)·Tx(a)·Rz(position + zero)·Tz(d).
+    """Compute the constants of a joint's transform.
+
+    It is Rx(alpha)·Tx(a)·Rz(zero + position)·Tz(d), of a prismatic joint Rx(alpha)·Tx(a)·Rz(zero)·Tz(d +
+    position).
 
     Args:
         row: the joint's modified Denavit-Hartenberg parameters.
@@ -102,7 +113,19 @@ def mounting_of(row: Row) -> Mounting:
     """
     a, alpha, d, *_ = row
     cos_twist, sin_twist = cos(alpha), sin(alpha)
-    return (a, -sin_twist * d, cos_twist * d, cos_twist, sin_twist, zero_angle(row))
+    return (a, -sin_twist * d, cos_twist * d, cos_twist, sin_twist, zero_angle(row), is_prismatic(row))
+
+
+def is_prismatic(row: Row) -> bool:
+    """Read the kind of a joint.
+
+    Args:
+        row: the joint's modified Denavit-Hartenberg parameters.
+
+    Returns:
+        True if the joint slides along its axis, False if it turns about it.
+    """
+    return len(row) == 5
 
 
 def zero_angle(row: Row) -> float:
@@ -114,7 +137,7 @@ def zero_angle(row: Row) -> float:
     Returns:
         The angle, rad.
     """
-    return row[3] if len(row) == 4 else 0.0
+    return row[3] if len(row) > 3 else 0.0
 
 
 def roll_pitch_yaw(row: Row) -> Triple:
@@ -136,7 +159,7 @@ def roll_pitch_yaw(row: Row) -> Triple:
     return (atan2(st * c, ct), pitch, atan2(ct * s, c))
 
 
-def child_frame(frame: JointFrame, mounting: Mounting, angle: float) -> JointFrame:
+def child_frame(frame: JointFrame, mounting: Mounting, position: float) -> JointFrame:
     """Compute the frame of the next joint of the chain.
 
     Recorded simulations depend on the order of the additions in this function.
@@ -144,14 +167,17 @@ def child_frame(frame: JointFrame, mounting: Mounting, angle: float) -> JointFra
     Args:
         frame: frame in B of the joint before it, or `ORIGIN`.
         mounting: constants of the joint, from `mounting_of`.
-        angle: position of the joint, rad.
+        position: position of the joint, rad or m.
 
     Returns:
         The joint's frame in B.
     """
     (ox, oy, oz), (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = frame
-    a, b, e, ct, st, zero = mounting
-    turn = angle + zero
+    a, b, e, ct, st, zero, slides = mounting
+    if slides:
+        b, e, turn = b - st * position, e + ct * position, zero
+    else:
+        turn = position + zero
     c, s = cos(turn), sin(turn)
     sct, sst, cct, cst = s * ct, s * st, c * ct, c * st
     return JointFrame(
@@ -179,7 +205,7 @@ def frames_of(mountings: Iterable[Mounting], q: Sequence[float]) -> list[JointFr
 
     Args:
         mountings: constants of each joint, from the base outwards.
-        q: position of each joint, rad, in the same order.
+        q: position of each joint, rad or m, in the same order.
 
     Returns:
         The frames in B: the base's first, then each joint's.
@@ -188,9 +214,28 @@ def frames_of(mountings: Iterable[Mounting], q: Sequence[float]) -> list[JointFr
         ValueError: `q` and `mountings` have different lengths.
     """
     frames = [ORIGIN]
-    for mounting, angle in zip(mountings, q, strict=True):
-        frames.append(child_frame(frames[-1], mounting, angle))
+    for mounting, position in zip(mountings, q, strict=True):
+        frames.append(child_frame(frames[-1], mounting, position))
     return frames
+
+
+def point_derivative(frame: JointFrame, mounting: Mounting, p: Triple) -> Triple:
+    """Compute the derivative of a point by the position of a joint that moves it.
+
+    Args:
+        frame: the joint's frame in B.
+        mounting: constants of the joint, from `mounting_of`.
+        p: the point in B, m.
+
+    Returns:
+        z × (p − o) in B, m/rad; of a prismatic joint z, m/m.
+    """
+    (ox, oy, oz), _, _, (zx, zy, zz) = frame
+    if mounting[-1]:
+        return (zx, zy, zz)
+    x, y, z = p
+    dx, dy, dz = x - ox, y - oy, z - oz
+    return (zy * dz - zz * dy, zz * dx - zx * dz, zx * dy - zy * dx)
 
 
 class LinkOfChain(Protocol):

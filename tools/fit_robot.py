@@ -5,9 +5,10 @@
 It prints `chain`, `ready`, `links` and `capsules` of the robot file, and writes `NAME_hulls.json` into the
 current folder.
 
-The URDF has one chain of revolute joints without branches. Its modified Denavit-Hartenberg parameters have
-the zero posture of the URDF: a row whose x is not the link's there gets a `zero`. The base's frame is that of
-the URDF, so the first axis has to be normal to its x; another URDF is refused: turn its base link.
+The URDF has one chain of revolute and prismatic joints without branches. Its modified Denavit-Hartenberg
+parameters have the zero posture of the URDF: a row whose x is not the link's there gets a `zero`. The base's
+frame is that of the URDF, so the first axis has to be normal to its x; another URDF is refused: turn its
+base link.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.optimize import least_squares, minimize
 
-from aeros.kinematic_chain import Row, frames_of, mounting_of, zero_angle
+from aeros.kinematic_chain import PRISMATIC, Row, frames_of, is_prismatic, mounting_of, zero_angle
 from aeros.runtime.ports import Hull
 from aeros.sim.robot.robot_file import reference_robot
 from tools.fit_link_hulls import Points, Rows, fit_hull, write_hulls
@@ -29,6 +30,9 @@ from tools.fit_link_hulls import mesh_vertices as hand_vertices
 from tools.urdf_shapes import link_vertices, number_of, numbers_of, pose_of, read_urdf, transform
 
 _TOLERANCE: Final = 1e-6
+
+_MOVING: Final = ("revolute", "continuous", "prismatic")
+"""Types of joints of a chain."""
 
 _PARALLEL: Final = 2e-5
 """Angle below which two axes count as parallel, rad: URDF files round pi to 3.1416."""
@@ -43,7 +47,7 @@ _TRIES: Final = 30
 """Postures from which the ready posture is looked for."""
 
 _ROOM: Final = 0.05
-"""Room of the ready posture inside the limits, rad."""
+"""Room of the ready posture inside the limits, rad or m."""
 
 _MARGIN: Final = 0.0005
 """Room of a capsule around its link, m: its numbers are rounded to 0.1 mm."""
@@ -56,8 +60,9 @@ class Joint(NamedTuple):
         child: name of the link that it moves.
         place: pose of its frame in the frame before it (4, 4), m.
         axis: its axis in its frame (3,).
-        lowest: lowest position, rad.
-        highest: highest position, rad.
+        lowest: lowest position, rad or m.
+        highest: highest position, rad or m.
+        slides: True if it is prismatic.
     """
 
     child: str
@@ -65,6 +70,7 @@ class Joint(NamedTuple):
     axis: Points
     lowest: float
     highest: float
+    slides: bool = False
 
 
 def read_chain(root: ElementTree.Element) -> tuple[str, list[Joint]]:
@@ -74,21 +80,29 @@ def read_chain(root: ElementTree.Element) -> tuple[str, list[Joint]]:
         root: the element `robot`.
 
     Returns:
-        The name of the base link, and the revolute joints from there outwards.
+        The name of the base link, and the joints that move from there outwards.
 
     Raises:
-        SystemExit: a link has several revolute joints, or the chain does not begin at one link.
+        SystemExit: a link has several such joints, the chain does not begin at one link, or a prismatic joint
+            has no limits.
     """
-    revolute = [one for one in root.iter("joint") if one.get("type") in ("revolute", "continuous")]
-    by_parent = {_link_of(one, "parent"): one for one in revolute}
-    children = {_link_of(one, "child") for one in revolute}
+    moving = [one for one in root.iter("joint") if one.get("type") in _MOVING]
+    by_parent = {_link_of(one, "parent"): one for one in moving}
+    children = {_link_of(one, "child") for one in moving}
     bases = [parent for parent in by_parent if parent not in children]
-    if len(by_parent) != len(revolute) or len(bases) != 1:
-        raise SystemExit("the URDF is not one chain of revolute joints; remove what branches off")
+    if len(by_parent) != len(moving) or len(bases) != 1:
+        raise SystemExit(
+            "the URDF is not one chain of revolute and prismatic joints; remove what branches off, as fingers"
+        )
     joints, link = [], bases[0]
     while link in by_parent:
         one = by_parent[link]
         axis, limit = one.find("axis"), one.find("limit")
+        slides = one.get("type") == "prismatic"
+        if slides and limit is None:
+            raise SystemExit(
+                f"the prismatic joint `{one.get('name')}` has no `<limit>` in the URDF; add one, in m"
+            )
         link = _link_of(one, "child")
         joints.append(
             Joint(
@@ -97,6 +111,7 @@ def read_chain(root: ElementTree.Element) -> tuple[str, list[Joint]]:
                 np.array([1.0, 0.0, 0.0] if axis is None else numbers_of(axis, "xyz", "1 0 0")),
                 -pi if limit is None else number_of(limit, "lower", str(-pi)),
                 pi if limit is None else number_of(limit, "upper", str(pi)),
+                slides,
             )
         )
     return bases[0], joints
@@ -106,7 +121,8 @@ def denavit_hartenberg(joints: list[Joint]) -> tuple[Rows, list[Points]]:
     """Convert a chain to modified Denavit-Hartenberg parameters with the same zero posture.
 
     The x of a frame has to be normal to the next axis and to meet it. If it does not in the zero posture, the
-    frame is turned about its own axis, which is the `zero` of its row.
+    frame is turned about its own axis, which is the `zero` of its row. Of a prismatic joint only the
+    direction of its axis matters: it is laid through the origin of the frame before it.
 
     Args:
         joints: the joints.
@@ -121,7 +137,8 @@ def denavit_hartenberg(joints: list[Joint]) -> tuple[Rows, list[Points]]:
     urdf, row_frame = np.eye(4), np.eye(4)
     for joint in joints:
         urdf = urdf @ joint.place
-        turn, length, twist, offset, shift = _next_row(row_frame, urdf[:3, :3] @ joint.axis, urdf[:3, 3])
+        point = row_frame[:3, 3] if joint.slides else urdf[:3, 3]
+        turn, length, twist, offset, shift = _next_row(row_frame, urdf[:3, :3] @ joint.axis, point)
         if not rows and (abs(turn) > _TOLERANCE or abs(shift) > _TOLERANCE):
             raise SystemExit(
                 "the axis of joint 1 is not normal to the base's x, or passes beside it; turn or move the "
@@ -136,7 +153,7 @@ def denavit_hartenberg(joints: list[Joint]) -> tuple[Rows, list[Points]]:
     for joint, frame in zip(joints, _frames(tuple(rows)), strict=True):
         urdf = urdf @ joint.place
         offsets.append(np.linalg.inv(frame) @ urdf)
-    return tuple(_rounded(row) for row in rows), offsets
+    return tuple(_rounded(row, joint.slides) for row, joint in zip(rows, joints, strict=True)), offsets
 
 
 def _next_row(frame: Points, axis: Points, point: Points) -> tuple[float, float, float, float, float]:
@@ -171,9 +188,11 @@ def _next_row(frame: Points, axis: Points, point: Points) -> tuple[float, float,
     return (turn, x, twist, offset, z - cos(twist) * offset)
 
 
-def _rounded(row: Row) -> Row:
+def _rounded(row: Row, slides: bool) -> Row:
     length, twist, offset, zero = row[0], row[1], row[2], zero_angle(row)
     a, d = round(length, 9) + 0.0, round(offset, 9) + 0.0
+    if slides:
+        return (a, twist, d, zero, PRISMATIC)
     return (a, twist, d, zero) if zero else (a, twist, d)
 
 
@@ -230,11 +249,11 @@ def ready_posture(rows: Rows, flange: float, turn: float, lowest: Points, highes
         rows: modified Denavit-Hartenberg parameters of the chain.
         flange: distance of the hand from the last joint's frame, m.
         turn: angle by which the hand is mounted turned, rad.
-        lowest: lowest joint positions (joints,), rad.
-        highest: highest joint positions (joints,), rad.
+        lowest: lowest joint positions (joints,), rad or m.
+        highest: highest joint positions (joints,), rad or m.
 
     Returns:
-        Of the postures found, the one farthest from the limits (joints,), rad; None if there is none.
+        Of the postures found, the one farthest from the limits (joints,), rad or m; None if there is none.
     """
     mountings = [mounting_of(row) for row in rows]
     tool, (c, s) = (0.0, 0.0, flange + reference_robot().hand.tool), (cos(turn), sin(turn))
@@ -289,8 +308,9 @@ def main() -> None:
     rows, offsets = denavit_hartenberg(joints)
     print("chain:")
     for row in rows:
-        zero = f", zero: {zero_angle(row)!r}" if len(row) == 4 else ""
-        print(f"  - {{length: {row[0]!r}, twist: {row[1]!r}, offset: {row[2]!r}{zero}}}")
+        zero = f", zero: {zero_angle(row)!r}" if zero_angle(row) else ""
+        kind = ", joint: prismatic" if is_prismatic(row) else ""
+        print(f"  - {{length: {row[0]!r}, twist: {row[1]!r}, offset: {row[2]!r}{zero}{kind}}}")
     lowest, highest = (np.array([getattr(one, end) for one in joints]) for end in ("lowest", "highest"))
     ready = ready_posture(rows, flange, turn, lowest, highest)
     shown = "# none was found: try another flange or turn" if ready is None else ready.round(9).tolist()

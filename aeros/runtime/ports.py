@@ -199,11 +199,12 @@ class Hull(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class RobotBody:
-    """A robot's chain of revolute joints, and the balls and hulls that enclose its links.
+    """A robot's chain of revolute and prismatic joints, and the balls and hulls that enclose its links.
 
     Attributes:
         dh_rows: a (m), alpha (rad) and d (m) of each joint: modified (Craig) Denavit–Hartenberg parameters.
-            A fourth number is theta at the joint's position 0, rad; without it theta is the position.
+            A fourth number is theta at the joint's position 0, rad. A fifth, 1.0, says that the joint is
+            prismatic: its position adds to d, not to theta.
         tool_offset: the tool point in the frame of the last joint, m.
         balls: of all links; barriers are checked with them.
         hulls: one of each link; distances between links are checked with them. Empty if they are not known.
@@ -218,7 +219,7 @@ class RobotBody:
 
 
 JointVector = tuple[float, ...]
-"""One number for each joint; rad if they are positions."""
+"""One number for each joint; if they are positions, rad, and m of prismatic joints."""
 
 JointPath = tuple[tuple[JointVector, JointVector, JointVector, JointVector], ...]
 """Pieces of equal length in s from 0 to 1, each a cubic given by its four Bézier control points (rad)."""

@@ -756,7 +756,7 @@ def feedback_rates_obligation(code: ModuleSource) -> TheoremObligation:
             dist=dist,
             UnmetBound=lambda *given: given,
         )
-        body = SimpleNamespace(dh_rows=("row", "row"), tool_offset="tool")
+        body = SimpleNamespace(dh_rows=("row", "slide"), tool_offset="tool")  # of three and of five parts
         speed = tuple(SymbolicReal(f"speed.{n}", ask) for n in (1, 2))
         servo = SimpleNamespace(speed=speed, tool_speed=SymbolicReal("tool-speed", ask))
         rates = tracking.FeedbackRates(_Plan(servo=servo, body=body), "joints")
@@ -781,8 +781,8 @@ def feedback_rates_obligation(code: ModuleSource) -> TheoremObligation:
         lasted = f"(- moment time.{name})"
         tool = f"(<= way-since.{name} (+ (* tool-speed {lasted}) {smt_literal(Fraction(0.003))}))"
         joints = (
-            f"(<= (size (- now.{n} {name}.{n})) (+ (* speed.{n} {lasted}) {smt_literal(Fraction(0.005))}))"
-            for n in (1, 2)
+            f"(<= (size (- now.{n} {name}.{n})) (+ (* speed.{n} {lasted}) {smt_literal(tolerance)}))"
+            for n, tolerance in ((1, Fraction(0.005)), (2, Fraction(0.003)))
         )
         return smt_and((tool, *joints))
 

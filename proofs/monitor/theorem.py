@@ -487,8 +487,8 @@ _TRACKING: Final = (
         "forgets-a-joint-s-rate",
         "feedback-rates",
         TRACKING,
-        "zip(joints, were, servo.speed, strict=True), 1)",
-        "[*zip(joints, were, servo.speed, strict=True)][:1], 1)",
+        "zip(joints, were, servo.speed, self._units, strict=True), 1\n",
+        "[*zip(joints, were, servo.speed, self._units, strict=True)][:1], 1\n",
     ),
     Mutant(
         "never-lets-a-tick-go",

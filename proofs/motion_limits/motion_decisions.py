@@ -9,6 +9,7 @@ from math import inf, nan
 from types import SimpleNamespace
 from typing import Any, Final, cast
 
+from aeros.kinematic_chain import PRISMATIC
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.runtime.ports import (
     Ball,
@@ -261,12 +262,13 @@ def _same(given: object, expected: object) -> None:
 # The form of a plan.
 
 _BODY: Final = RobotBody(
-    ((0.0, 0.1, 0.2), (0.0, 0.1, 0.2, 0.3)),
+    ((0.0, 0.1, 0.2), (0.0, 0.1, 0.2, 0.3, PRISMATIC)),
     (0.0, 0.0, 0.1),
     (Ball("arm", 1, (0.0, 0.0, 0.0), 0.1), Ball("hand", 2, (0.0, 0.0, 0.0), 0.1)),
     (Hull("arm", 1, ((0.0, 0.0, 0.0),), 0.1), Hull("hand", 2, ((0.0, 0.0, 0.0),), 0.1)),
     (("arm", "hand"),),
 )
+_TURNING: Final = (0.0, 0.1, 0.2, 0.3)
 _PIECE: Final = ((0.0, 0.0), (0.1, 0.1), (0.2, 0.2), (0.3, 0.3))
 _NEXT: Final = ((0.3, 0.3), (0.4, 0.4), (0.5, 0.5), (0.6, 0.6))
 _SERVO: Final = ServoBounds((0.1, 0.1), (1.0, 1.0), (1.0, 1.0), (1.0, 1.0), 0.1, 0.1, 0.1)
@@ -338,6 +340,9 @@ def _wrong_as_wholes(plan: Trajectory) -> Iterator[tuple[str, Any]]:
         "bend": (*_NEXT[:2], (0.5, 0.6), _NEXT[3]),
     }.items():
         yield name, replace(plan, joint_paths=(*plan.joint_paths[:-1], (_PIECE, second)))
+    # The site's lever of joint 1 is too short for a prismatic one.
+    yield "short-lever", replace(plan, body=replace(body, dh_rows=(body.dh_rows[1], body.dh_rows[1])))
+    yield "no-prismatic", replace(plan, body=replace(body, dh_rows=(body.dh_rows[0], (*_TURNING, 0.0))))
     yield "negative-ball", replace(plan, body=replace(body, balls=(arm, hand._replace(radius=-0.1))))
     yield "no-balls", replace(plan, body=replace(body, balls=()))
     yield "no-hand", replace(plan, body=replace(body, balls=(arm, arm)))
@@ -368,7 +373,7 @@ _STILL_FORMED: Final = (
     *("body.hulls.0.corners.longer", "body.hulls.1.corners.longer", "joint_paths.0.shorter"),
 )
 """Changes that leave a plan as well-formed: a ball, hull, pair or corner twice, a path of fewer pieces, a
-row with or without a fourth number."""
+row with or without a fourth number, one without the fifth that makes it prismatic."""
 
 _FORMED_UNDER_FEEDBACK: Final = ("joint_paths.shorter", "joint_paths.longer")
 """Under feedback, a path more or less, too."""
@@ -384,7 +389,9 @@ def _faults(plan: Trajectory) -> list[Trajectory]:
 def form_obligation(plan: Trajectory, code: ModuleSource) -> TheoremObligation:
     """Of a plan with at most one fault, by its number."""
     module = code.module(TRAJECTORY)
-    policy = SimpleNamespace(lowest=(0, 0), link_clearance=0.1)
+    policy = SimpleNamespace(
+        lowest=(0, 0), link_clearance=0.1, is_mixed=True, tracking=SimpleNamespace(levers=(0.5, 1))
+    )
     made = object.__new__(module.MotionDecider)
     made._boxes = [
         SimpleNamespace(links=links) for links in (frozenset(("hand", "held")), None, frozenset(("arm",)))

@@ -46,7 +46,9 @@ def start_obligation(code: ModuleSource) -> TheoremObligation:
     module = trajectory_module(code, max=_largest)
 
     def run(ask: DecideBranch) -> str:
-        policy = SimpleNamespace(start_variable="joints", start_tolerance=Measure("tolerance", ask))
+        policy = SimpleNamespace(
+            start_variable="joints", start_tolerance=Measure("tolerance", ask), is_mixed=False
+        )
         measured = SimpleNamespace(value=_measures(ask, "measured"))
         readings = {"joints": measured} if ask("is-measured") else {"other": measured}
         return is_nothing(module._start_mismatch(policy, _measures(ask, "start"), readings, "it starts"))
@@ -131,7 +133,9 @@ def end_obligation(code: ModuleSource) -> TheoremObligation:
             base_at_end=lambda: ("x at end", "y at end", "z at end"),
             joints=SimpleNamespace(motion=SimpleNamespace(joint_paths=(path, "no"))),
         )
-        policy = SimpleNamespace(kinds={"move": kind, "grip": None}, end_tolerance=Measure("tolerance", ask))
+        policy = SimpleNamespace(
+            kinds={"move": kind, "grip": None}, end_tolerance=Measure("tolerance", ask), is_mixed=True
+        )
         return is_nothing(module._end_mismatch(policy, Action("move", parameters), merged, "it ends"))
 
     joints = smt_and(f"(at-most {_off(f'end.{n}', f'target.{n}')} {_ROUNDING})" for n in JOINTS)

@@ -177,6 +177,7 @@ def joints_obligation(paths: Sequence[str], joints: Sequence[str], code: ModuleS
         )
         made = object.__new__(module.MotionDecider)
         made._lowest, made._highest, made._joint_rates = measures("lowest"), measures("highest"), limits
+        made._unit = "rad"
         return is_nothing(made._joints_too_fast(plan))
 
     ranges, finite = [], []

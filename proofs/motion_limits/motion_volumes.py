@@ -341,6 +341,7 @@ def policy_obligation(code: ModuleSource) -> TheoremObligation:
             for name in _BOXES
         )
         policy = SimpleNamespace(
+            is_mixed=False,
             lowest=("l1", "l2", "l3"),
             highest=("h1", "h2", "h3"),
             joint_limits=tuple(columns),

@@ -18,6 +18,12 @@ def _mutant(name: str, obligation: str, old: str, new: str) -> Mutant:
 
 _DECISIONS: Final = (
     _mutant(
+        "takes-any-lever-of-a-prismatic-joint",
+        "form",
+        "if levers and levers[number] < 1:",
+        "if levers and levers[number] < 0:",
+    ),
+    _mutant(
         "allows-what-is-objected-to",
         "decision",
         "return Decision(DecisionKind.DENY, None, reasons) if reasons else decision",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import product
 from types import SimpleNamespace
@@ -41,66 +41,72 @@ class _JointDisplacement(SymbolicReal):
         return SymbolicReal(f"long.{self.term}", self.ask)
 
 
-_REACH: Final = tuple(
-    line
-    for joint in reversed(kinematic_chain.JOINTS)
-    for line in (
-        f"(define-fun width.{joint} () Real (+ long.d.{joint} r.{joint}))",
-        f"(define-fun reach.{joint} () Real {kinematic_chain.spread_result(joint)})",
-    )
-)
+def _reaches(slides: tuple[bool, ...]) -> Iterator[str]:
+    """Define how far the point may be from each axis, one for a prismatic joint, from the tip inwards."""
+    kinds = kinematic_chain.letters_of(slides)
+    for joint in reversed(kinematic_chain.JOINTS):
+        reach = kinematic_chain.reach_terms(joint, slides, f".{kinds}")
+        yield f"(define-fun reach.{kinds}.{joint} () Real {reach})"
 
 
-def _taylor_remainder() -> str:
-    """Half the sum over pairs of joints: what Taylor's theorem leaves, each second derivative bounded."""
+def _taylor_remainder(slides: tuple[bool, ...]) -> str:
+    """Half the sum over pairs of joints: what Taylor's theorem leaves, each second derivative bounded.
+
+    By a prismatic joint and one further out, or itself, the second derivative is 0.
+    """
+    kinds = kinematic_chain.letters_of(slides)
     return sum_terms(
-        f"(* (/ 1 2) width.{i} width.{j} reach.{max(i, j)})"
+        f"(* (/ 1 2) width.{i} width.{j} reach.{kinds}.{max(i, j)})"
         for i, j in product(kinematic_chain.JOINTS, repeat=2)
+        if not slides[min(i, j)]
     )
 
 
 def _sweep(code: ModuleSource) -> TheoremObligation:
     links = kinematic_chain.chain_module(code)
+    joints = kinematic_chain.JOINTS
 
-    def run(ask: DecideBranch, edge: int | None) -> str:
-        chord = [_JointDisplacement(f"d.{joint}", ask) for joint in kinematic_chain.JOINTS]
-        room = [SymbolicReal(f"r.{joint}", ask) for joint in kinematic_chain.JOINTS]
-        along = links.chord_terms(chord, room)
-        edges, near = kinematic_chain.symbolic_posture(links, ask).chord_deviation_bound(
-            len(kinematic_chain.JOINTS), symbolic_vector(ask, "p"), along
-        )
+    def run(ask: DecideBranch, edge: int | None, slides: tuple[bool, ...]) -> str:
+        chord = [_JointDisplacement(f"d.{joint}", ask) for joint in joints]
+        room = [SymbolicReal(f"r.{joint}", ask) for joint in joints]
+        along = links.chord_terms(chord, room, slides)
+        posture = kinematic_chain.symbolic_posture(links, ask, slides)
+        edges, near = posture.chord_deviation_bound(len(joints), symbolic_vector(ask, "p"), along)
         return term_of(near if edge is None else edges[edge])
 
-    tables = [
-        SymbolicFunction(f"edge.{axis}", "Real", execute_symbolically(partial(run, edge=at)))
-        for at, axis in enumerate(AXES)
-    ]
-    tables.append(SymbolicFunction("near", "Real", execute_symbolically(partial(run, edge=None))))
-    slopes = [
-        sum_terms(f"(* {kinematic_chain.lever_arm(joint)[at]} d.{joint})" for joint in kinematic_chain.JOINTS)
-        for at in range(len(AXES))
-    ]
-    first_order = sum_terms(
-        f"(* {kinematic_chain.axis_distance(joint)} r.{joint})" for joint in kinematic_chain.JOINTS
-    )
+    tables: list[SymbolicFunction] = []
+    claims: list[str] = []
+    reaches: list[str] = []
+    for slides in kinematic_chain.KIND_CHOICES:
+        kinds = kinematic_chain.letters_of(slides)
+        reaches += _reaches(slides)
+        for at, axis in enumerate(AXES):
+            explored = execute_symbolically(partial(run, edge=at, slides=slides))
+            tables.append(SymbolicFunction(f"edge.{kinds}.{axis}", "Real", explored))
+            slope = sum_terms(
+                f"(* {kinematic_chain.derivative_terms(joint, slides[joint])[at]} d.{joint})"
+                for joint in joints
+            )
+            claims.append(f"(= edge.{kinds}.{axis} (size {slope}))")
+        explored = execute_symbolically(partial(run, edge=None, slides=slides))
+        tables.append(SymbolicFunction(f"near.{kinds}", "Real", explored))
+        first_order = sum_terms(
+            f"(* {'1.0' if slides[joint] else kinematic_chain.axis_distance(joint)} r.{joint})"
+            for joint in joints
+        )
+        claims.append(f"(= near.{kinds} (+ {first_order} {_taylor_remainder(slides)}))")
     return TheoremObligation(
         "`chord_terms` and `chord_deviation_bound`: the edges are those of the derivative along the\n"
         "way, and how near the point stays is what the rest can do: first derivatives beside it,"
-        " and Taylor's remainder.",
+        " and Taylor's remainder;\nof each choice of revolute (r) and prismatic (p) joints.",
         (
             SIZE,
             *kinematic_chain.CHAIN,
-            *declare_reals(
-                *(f"{what}.{joint}" for what in ("d", "r", "long.d") for joint in kinematic_chain.JOINTS)
-            ),
-            *_REACH,
+            *declare_reals(*(f"{what}.{joint}" for what in ("d", "r", "long.d") for joint in joints)),
+            *(f"(define-fun width.{joint} () Real (+ long.d.{joint} r.{joint}))" for joint in joints),
+            *reaches,
         ),
-        smt_and(
-            (
-                *(f"(= edge.{axis} (size {slope}))" for axis, slope in zip(AXES, slopes, strict=True)),
-                f"(= near (+ {first_order} {_taylor_remainder()}))",
-            )
-        ),
+        smt_and(claims),
         tables=tuple(tables),
     )
 
@@ -272,10 +278,14 @@ def _enclosures(code: ModuleSource) -> TheoremObligation:
         def posture(_: Any, q: Any) -> Any:
             found["q"] = q[0].term
             return SimpleNamespace(
-                frames=[None, SimpleNamespace(to_base=lambda _: "centre")], chord_deviation_bound=swept
+                frames=[None, SimpleNamespace(to_base=lambda _: "centre")],
+                chord_deviation_bound=swept,
+                slides="kinds",
             )
 
-        def chord_terms(chord: Any, room: Any) -> str:
+        def chord_terms(chord: Any, room: Any, slides: str) -> str:
+            if slides != "kinds":
+                raise ValueError(slides)
             found["chord"], found["room"] = chord[0].term, room[0].term
             return "along"
 

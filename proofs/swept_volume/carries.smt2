@@ -1,5 +1,5 @@
-; `child_frame` of any frame is that of the base, carried there: so whatever turns a frame turns all
-; that are further out with it.
+; `child_frame` of any frame and a revolute joint is that of the base, carried there: so
+; whatever turns or moves a frame turns and moves all that are further out with it.
 ; unsat: proved
 (set-logic ALL)
 (declare-const origin.x Real)
@@ -22,6 +22,7 @@
 (declare-const s Real)
 (declare-const cp Real)
 (declare-const sp Real)
+(declare-const way Real)
 (define-fun next.origin.x () Real (+ origin.x (+ (+ (* a x.x) (* (* (- sa) d) y.x)) (* (* ca d) z.x))))
 (define-fun next.origin.y () Real (+ origin.y (+ (+ (* a x.y) (* (* (- sa) d) y.y)) (* (* ca d) z.y))))
 (define-fun next.origin.z () Real (+ origin.z (+ (+ (* a x.z) (* (* (- sa) d) y.z)) (* (* ca d) z.z))))

@@ -215,14 +215,14 @@ def _standing_obligation(code: ModuleSource) -> TheoremObligation:
     def run(ask: DecideBranch, part: str, joint: int) -> str:
         asked: dict[str, Any] = {}
 
-        def terms(half: Any, room: Any) -> str:
+        def terms(half: Any, room: Any, slides: str) -> str:
             asked.update(half=half, room=room)
-            return "terms"
+            return "terms" if slides == "kinds" else "other terms"
 
         vars(module).update(chord_terms=terms)
         near = object.__new__(module.PostureRange)
         half, room = ([SymbolicReal(f"{name}.{k}", ask) for k in range(3)] for name in ("half", "room"))
-        vars(near).update(_half=half, _room=room, _terms={})
+        vars(near).update(_half=half, _room=room, _terms={}, _posture=SimpleNamespace(slides="kinds"))
         if near._chord_terms(1) != "terms":
             raise ValueError(asked)
         return term_of(asked[part][joint])

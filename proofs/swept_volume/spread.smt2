@@ -1,5 +1,6 @@
 ; `ForwardKinematics.displacement_bound` bounds how far a point gets from each axis, and from where
-; it is, while the joints are within their widths.
+; it is, while the joints are within their widths: of joints rrr, revolute (r) and
+; prismatic (p).
 ; unsat: proved
 (set-logic ALL)
 (declare-fun norm (Real Real Real) Real)

@@ -1,5 +1,5 @@
-; The axes of a frame, as `child_frame` makes it of the base's, are perpendicular, of length one,
-; and right-handed.
+; The axes of a frame, as `child_frame` makes it of the base's and a revolute joint, are
+; perpendicular, of length one, and right-handed.
 ; unsat: proved
 (set-logic ALL)
 (declare-const origin.x Real)
@@ -22,6 +22,7 @@
 (declare-const s Real)
 (declare-const cp Real)
 (declare-const sp Real)
+(declare-const way Real)
 (define-fun next.origin.x () Real (+ (/ 0 1) (+ (+ (* a (/ 1 1)) (* (* (- sa) d) (/ 0 1))) (* (* ca d) (/ 0 1)))))
 (define-fun next.origin.y () Real (+ (/ 0 1) (+ (+ (* a (/ 0 1)) (* (* (- sa) d) (/ 1 1))) (* (* ca d) (/ 0 1)))))
 (define-fun next.origin.z () Real (+ (/ 0 1) (+ (+ (* a (/ 0 1)) (* (* (- sa) d) (/ 0 1))) (* (* ca d) (/ 1 1)))))

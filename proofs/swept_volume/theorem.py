@@ -64,6 +64,20 @@ THEOREM = Theorem(
             "w * (w / 2.0)",
         ),
         Mutant(
+            "takes-a-prismatic-joint-for-one-that-moves-nothing-off-its-way",
+            "sweep",
+            kinematic_chain.KINEMATICS,
+            "cx, cy, cz, off, reach = ax, ay, az, 1.0, 1.0",
+            "cx, cy, cz, off, reach = ax, ay, az, 0.0, 1.0",
+        ),
+        Mutant(
+            "slides-backwards",
+            "slides",
+            kinematic_chain.LINKS,
+            "e + ct * position, zero",
+            "e - ct * position, zero",
+        ),
+        Mutant(
             "looks-at-one-control-point",
             "chord-of-one",
             BEZIER,

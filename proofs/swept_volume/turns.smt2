@@ -22,6 +22,7 @@
 (declare-const s Real)
 (declare-const cp Real)
 (declare-const sp Real)
+(declare-const way Real)
 (define-fun next.origin.x () Real (+ origin.x (+ (+ (* a x.x) (* (* (- sa) d) y.x)) (* (* ca d) z.x))))
 (define-fun next.origin.y () Real (+ origin.y (+ (+ (* a x.y) (* (* (- sa) d) y.y)) (* (* ca d) z.y))))
 (define-fun next.origin.z () Real (+ origin.z (+ (+ (* a x.z) (* (* (- sa) d) y.z)) (* (* ca d) z.z))))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import partial
 from itertools import product
 from types import SimpleNamespace
@@ -57,77 +57,109 @@ def _motion(name: str, code: ModuleSource) -> TheoremObligation:
     links = kinematic_chain.chain_module(code)
     place = _MOTION.index(name)
 
-    def run(ask: DecideBranch, axis: int) -> str:
+    def run(ask: DecideBranch, axis: int, slides: tuple[bool, ...]) -> str:
         first, second = (
             [SymbolicReal(f"{one}.{joint}", ask) for joint in _JOINTS] for one in ("first", "second")
         )
-        posture = kinematic_chain.symbolic_posture(links, ask)
+        posture = kinematic_chain.symbolic_posture(links, ask, slides)
         return term_of(
             peaks._point_derivatives(posture, symbolic_vector(ask, "p"), first, second)[place][axis]
         )
 
-    arms = {joint: kinematic_chain.lever_arm(joint) for joint in _JOINTS}
-    turning = {joint: vector_terms(f"z{joint}") for joint in _JOINTS}
-    wanted = {
-        "rate": _sum(_scale_vector(f"first.{joint}", arms[joint]) for joint in _JOINTS),
-        "bend": _sum(
-            (
-                *(_scale_vector(f"second.{joint}", arms[joint]) for joint in _JOINTS),
-                # A derivative by two joints turns the arm of the outer about the axis of the inner one.
-                *(
-                    _scale_vector(f"(* first.{i} first.{j})", cross(turning[min(i, j)], arms[max(i, j)]))
-                    for i, j in product(_JOINTS, repeat=2)
-                ),
-            )
-        ),
-        "turn": _sum(_scale_vector(f"first.{joint}", turning[joint]) for joint in _JOINTS),
-    }
+    claims, tables = [], []
+    # One choice after the other: with the kinds as unknowns, solvers do not compare the polynomials.
+    for slides in kinematic_chain.KIND_CHOICES:
+        kinds, wanted = kinematic_chain.letters_of(slides), _wanted(name, slides)
+        for axis, letter in enumerate(AXES):
+            explored = execute_symbolically(partial(run, axis=axis, slides=slides))
+            tables.append(SymbolicFunction(f"{kinds}.{letter}", "Real", explored))
+            claims.append(f"(= {kinds}.{letter} {wanted[axis]})")
     return TheoremObligation(
         "`_point_derivatives` gives the first and second derivative of the tool's place by the parameter,\n"
-        "and the rate of its rotation, where the joints' are these.",
+        "and the rate of its rotation, where the joints' are these: of each choice of revolute (r) and\n"
+        "prismatic (p) joints.",
         (
             *kinematic_chain.POINTS,
             *declare_reals(*(f"{what}.{joint}" for what in ("first", "second") for joint in _JOINTS)),
         ),
-        smt_and(f"(= {name}.{axis} {term})" for axis, term in zip(AXES, wanted[name], strict=True)),
-        tables=tuple(
-            SymbolicFunction(f"{name}.{letter}", "Real", execute_symbolically(partial(run, axis=axis)))
-            for axis, letter in enumerate(AXES)
-        ),
+        smt_and(claims),
+        tables=tuple(tables),
         logic=POLYNOMIALS,
     )
+
+
+def _wanted(name: str, slides: tuple[bool, ...]) -> tuple[str, ...]:
+    """The derivative of that name, written as sums over joints and pairs of joints."""
+    arms = {joint: kinematic_chain.derivative_terms(joint, slides[joint]) for joint in _JOINTS}
+    turning = {joint: vector_terms(f"z{joint}") for joint in _JOINTS if not slides[joint]}
+    if name == "rate":
+        return _sum(_scale_vector(f"first.{joint}", arms[joint]) for joint in _JOINTS)
+    if name == "turn":
+        return _sum((_NOTHING, *(_scale_vector(f"first.{joint}", axis) for joint, axis in turning.items())))
+    return _sum(
+        (
+            *(_scale_vector(f"second.{joint}", arms[joint]) for joint in _JOINTS),
+            # A derivative by two joints turns the arm of the outer about the axis of the inner one.
+            *(
+                _scale_vector(f"(* first.{i} first.{j})", cross(turning[min(i, j)], arms[max(i, j)]))
+                for i, j in product(_JOINTS, repeat=2)
+                if min(i, j) in turning
+            ),
+        )
+    )
+
+
+_NOTHING: Final = ("0.0", "0.0", "0.0")
 
 
 def _third(code: ModuleSource) -> TheoremObligation:
     peaks = code.module(KINEMATIC_BOUNDS)
 
-    def run(ask: DecideBranch) -> str:
+    def run(ask: DecideBranch, slides: tuple[bool, ...]) -> str:
         max_first, max_second, third = (
             [SymbolicReal(one, ask) for one in several] for several in (_A, _B, _C)
         )
         known = SimpleNamespace(max_first=max_first, max_second=max_second, third=third)
-        return term_of(
-            peaks._third_derivative_bound([SymbolicReal(f"reach.{joint}", ask) for joint in _JOINTS], known)
-        )
+        reaches = [SymbolicReal(f"reach.{joint}", ask) for joint in _JOINTS]
+        return term_of(peaks._third_derivative_bound(reaches, known, slides))
 
-    every = [f"(* reach.{i} c.{i})" for i in _JOINTS]
-    every += [f"(* 3.0 reach.{max(i, j)} b.{i} a.{j})" for i, j in product(_JOINTS, repeat=2)]
-    every += [f"(* reach.{max(i, j, k)} a.{i} a.{j} a.{k})" for i, j, k in product(_JOINTS, repeat=3)]
+    claims, tables = [], []
+    for slides in kinematic_chain.KIND_CHOICES:
+        kinds = kinematic_chain.letters_of(slides)
+        tables.append(
+            SymbolicFunction(f"third.{kinds}", "Real", execute_symbolically(partial(run, slides=slides)))
+        )
+        every = [f"(* reach.{i} c.{i})" for i in _JOINTS]
+        # A prismatic joint is the outermost one, or the derivative is 0.
+        every += [
+            f"(* 3.0 reach.{max(i, j)} b.{i} a.{j})"
+            for i, j in product(_JOINTS, repeat=2)
+            if not slides[min(i, j)]
+        ]
+        every += [
+            f"(* reach.{max(several)} {' '.join(f'a.{one}' for one in several)})"
+            for several in product(_JOINTS, repeat=3)
+            if not any(slides[one] for one in sorted(several)[:2])
+        ]
+        claims.append(f"(= third.{kinds} {sum_terms(every)})")
     return TheoremObligation(
         "`_third_derivative_bound` is the sum of what bounds each part of the third derivative: by one,\n"
-        "by two and by three joints, each as long as the reach of the outermost at most.",
+        "by two and by three joints, each as long as the reach of the outermost at most; of each choice of\n"
+        "revolute (r) and prismatic (p) joints.",
         (*_BOUNDED, *declare_reals(*(f"reach.{joint}" for joint in _JOINTS))),
-        f"(= third {sum_terms(every)})",
-        tables=(SymbolicFunction("third", "Real", execute_symbolically(run)),),
+        smt_and(claims),
+        tables=tuple(tables),
     )
 
 
 # All of a piece, from its middle.
 
-_BOUND_NAMES: Final = ("speed", "acceleration", "jerk", "turning", "turning.1", "turning.2")
+_BOUND_NAMES: Final = ("speed", "acceleration", "jerk", "turning", "turning-1", "turning-2")
 
 
-def _execute_bounds(code: ModuleSource, what: str) -> SymbolicFunction:
+def _execute_bounds(
+    code: ModuleSource, what: str, name: str | None = None, slides: tuple[bool, ...] = (False,) * len(_JOINTS)
+) -> SymbolicFunction:
     """Execute `_bounds` on a piece for its result, or for a value that it asks for, without the geometry."""
     peaks = code.module(KINEMATIC_BOUNDS)
 
@@ -138,7 +170,9 @@ def _execute_bounds(code: ModuleSource, what: str) -> SymbolicFunction:
         def posture(_: Any, at: Any) -> Any:
             seen["at"] = at[0]
             return SimpleNamespace(
-                frames=[SimpleNamespace(to_base=lambda tool: tool)], displacement_bound=spread
+                frames=[SimpleNamespace(to_base=lambda tool: tool)],
+                displacement_bound=spread,
+                slides=slides,
             )
 
         def spread(joints: int, _: Any, width: Any) -> Any:
@@ -155,7 +189,7 @@ def _execute_bounds(code: ModuleSource, what: str) -> SymbolicFunction:
             derivatives=lambda _: known,
             ForwardKinematics=posture,
             joint_box=lambda _: SimpleNamespace(middle=joints(["middle"]), width=joints(["width"])),
-            _third_derivative_bound=lambda reaches, _: SymbolicReal({"reaches": "third"}[reaches], ask),
+            _third_derivative_bound=lambda reaches, _, __: SymbolicReal({"reaches": "third"}[reaches], ask),
             _point_derivatives=lambda _, __, first, second: {("first'", "second'"): tuple(vectors)}[
                 first, second
             ],
@@ -172,7 +206,7 @@ def _execute_bounds(code: ModuleSource, what: str) -> SymbolicFunction:
         )
         return term_of(seen[what])
 
-    return SymbolicFunction(what, "Real", execute_symbolically(run))
+    return SymbolicFunction(name or what, "Real", execute_symbolically(run))
 
 
 _LENGTH_DECLARATIONS: Final = declare_reals(
@@ -218,33 +252,44 @@ def _convex_norm_bound(_: ModuleSource) -> TheoremObligation:
     )
 
 
-def _sum_of_inner_joints(joint: int, each: Callable[[int], str]) -> str:
-    """The sum over the joints further in than that one."""
-    return sum_terms(each(other) for other in _JOINTS if other < joint)
-
-
 def _rotation_bounds(code: ModuleSource) -> TheoremObligation:
-    """An axis is turned by the joints further in, which turn those in between as well."""
-    inner = {joint: _sum_of_inner_joints(joint, lambda other: f"a.{other}") for joint in _JOINTS}
-    turned = {
-        joint: _sum_of_inner_joints(joint, lambda other: f"(+ b.{other} (* a.{other} {inner[other]}))")
-        for joint in _JOINTS
-    }
-    first = sum_terms(f"(+ b.{i} (* a.{i} {inner[i]}))" for i in _JOINTS)
-    second = sum_terms(
-        f"(+ c.{i} (* 2.0 b.{i} {inner[i]}) (* a.{i} (+ {turned[i]} (* {inner[i]} {inner[i]}))))"
-        for i in _JOINTS
-    )
+    """An axis is turned by the joints further in that turn, which turn those in between as well."""
+    claims, tables, taylor = [], [], {}
+    for slides in kinematic_chain.KIND_CHOICES:
+        kinds, turning = kinematic_chain.letters_of(slides), [joint for joint in _JOINTS if not slides[joint]]
+        inner = {i: sum_terms(f"a.{j}" for j in turning if j < i) for i in turning}
+        turned = {i: sum_terms(f"(+ b.{j} (* a.{j} {inner[j]}))" for j in turning if j < i) for i in turning}
+        first = sum_terms(f"(+ b.{i} (* a.{i} {inner[i]}))" for i in turning)
+        second = sum_terms(
+            f"(+ c.{i} (* 2.0 b.{i} {inner[i]}) (* a.{i} (+ {turned[i]} (* {inner[i]} {inner[i]}))))"
+            for i in turning
+        )
+        claims += [
+            f"(<= {first} {kinds}.rate)",
+            f"(<= {second} {kinds}.bend)",
+            f"(<= is.{kinds} {kinds}.turn)",
+        ]
+        taylor[f"taylor.{kinds}"] = f"(<= is.{kinds} (+ long.turn (* (/ 1 2) {first})))"
+        for name, what in zip(("turn", "rate", "bend"), _BOUND_NAMES[3:], strict=True):
+            tables.append(_execute_bounds(code, what, f"{kinds}.{name}", slides))
     monomials = [f"(* {' '.join(one)})" for one in product(_A, _B)]
     monomials += [f"(* {' '.join(one)})" for n in (2, 3) for one in product(_A, repeat=n)]
     return TheoremObligation(
         "`_bounds`: the derivatives of the rotation's rate are no larger than what axes that are turned,\n"
-        "and turn each other, come to; and the rate no larger than from the middle.",
-        (SIZE, *_BOUNDED, *_LENGTH_DECLARATIONS, *declare_reals("is.turning")),
-        f"(and (<= {first} turning.1) (<= {second} turning.2) (<= is.turning turning))",
-        tables=tuple(_execute_bounds(code, one) for one in _BOUND_NAMES[3:]),
+        "and turn each other, come to; and the rate no larger than from the middle: of each choice of\n"
+        "revolute (r) and prismatic (p) joints.",
+        (
+            SIZE,
+            *_BOUNDED,
+            *_LENGTH_DECLARATIONS,
+            *declare_reals(
+                *(f"is.{kinematic_chain.letters_of(slides)}" for slides in kinematic_chain.KIND_CHOICES)
+            ),
+        ),
+        smt_and(claims),
+        tables=tuple(tables),
         assumptions={
-            "taylor": f"(<= is.turning (+ long.turn (* (/ 1 2) {first})))",
+            **taylor,
             **{f"bound.{one}": f"(<= 0.0 {one})" for one in (*_A, *_B, *_C)},
             **{f"monomial.{n}": f"(<= 0.0 {one})" for n, one in enumerate(monomials)},
         },
@@ -424,6 +469,20 @@ THEOREM = Theorem(
             KINEMATIC_BOUNDS,
             "wx, wy, wz = wx + zx, wy + zy, wz + zz",
             "wx, wy, wz = zx, zy, zz",
+        ),
+        Mutant(
+            "has-a-prismatic-joint-turn",
+            "turn",
+            KINEMATIC_BOUNDS,
+            "            zx = zy = zz = 0.0\n",
+            "",
+        ),
+        Mutant(
+            "has-a-prismatic-joint-bend-nothing",
+            "third",
+            KINEMATIC_BOUNDS,
+            " + 3.0 * a * sa**2)",
+            ")",
         ),
         Mutant(
             "takes-the-last-control-points-for-all",

@@ -13,7 +13,17 @@ from aeros.runtime.motion import swept_volume as sweep
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
 from aeros.runtime.motion.swept_volume import MergedMotion, RemainingMotion
 from aeros.runtime.ports import Trajectory
-from tests.unit.runtime.motions import at, body, chance_of, differences, path, places, share, tool
+from tests.unit.runtime.motions import (
+    at,
+    body,
+    chance_of,
+    differences,
+    path,
+    places,
+    share,
+    tool,
+    with_slides,
+)
 
 SEEDS = range(25)
 SAMPLES = 1500
@@ -23,7 +33,10 @@ NOWHERE = (0.0, 0.0, 0.0)
 def _motion(seed: int, way: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Trajectory:
     chance = chance_of(seed)
     pieces = chance.choice([1, 3, 8])
-    return Trajectory(body(chance), (path(chance, pieces),), (0.1, 0.2, 0.3), way, chance.uniform(0.3, 4.0))
+    robot = body(chance)
+    if seed % 5 in (1, 2):
+        robot = with_slides(robot, chance_of(seed))
+    return Trajectory(robot, (path(chance, pieces),), (0.1, 0.2, 0.3), way, chance.uniform(0.3, 4.0))
 
 
 def alone(motion: Trajectory) -> sweep.SweptMotion:
@@ -211,7 +224,7 @@ def _assert_all_enclosed() -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_enclosures_contain_straight_joint_paths(seed: int) -> None:
     chance = chance_of(seed)
-    robot = body(chance)
+    robot = with_slides(body(chance), chance_of(seed)) if seed % 2 else body(chance)
     start, end = (tuple(chance.uniform(-0.4, 0.4) for _ in range(4)) for _ in range(2))
     corners = [tuple(a + k / 3 * (b - a) for a, b in zip(start, end, strict=True)) for k in range(4)]
     line = (corners[0], corners[1], corners[2], corners[3])

@@ -23,7 +23,7 @@ from aeros.runtime.bus.messages import (
 )
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
-from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME
+from aeros.spec.expr.units import ANGLE, FORCE, JOINT, LENGTH, TIME
 from aeros.spec.model.site import Site
 
 WORLD: Final = "world"
@@ -33,6 +33,9 @@ _QUANTITIES: Final = {
     ANGLE: "position",
     ANGLE * TIME**-1: "velocity",
     FORCE * LENGTH: "effort",
+    JOINT: "position",
+    JOINT * TIME**-1: "velocity",
+    FORCE * LENGTH * JOINT**-1: "effort",
 }
 
 
@@ -75,7 +78,7 @@ def joint_families(site: Site) -> list[JointFamily]:
         site: declares the state variables.
 
     Returns:
-        One family for each index set with a variable in rad.
+        One family for each index set with a variable in rad, or in jpos.
     """
     by_index: dict[tuple[str, ...], defaultdict[str, list[str]]] = {}
     for name, one in site.state.items():

@@ -2,7 +2,7 @@
 
 URDF turns by roll, pitch, yaw about fixed axes and moves by `xyz`; a modified Denavit-Hartenberg row is
 Rx(alpha)·Tx(a)·Rz(angle)·Tz(d). So a joint's origin is `rpy` (alpha, 0, 0) and `xyz`
-(a, -sin(alpha)·d, cos(alpha)·d), and its axis is z.
+(a, -sin(alpha)·d, cos(alpha)·d), and its axis is z; it turns about it or slides along it.
 """
 
 from __future__ import annotations
@@ -11,17 +11,22 @@ from collections.abc import Sequence
 from typing import Final
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from aeros.kinematic_chain import mounting_of, roll_pitch_yaw
+from aeros.kinematic_chain import is_prismatic, mounting_of, roll_pitch_yaw
 from aeros.runtime.bus.transforms import BASE, TOOL, link_frame
 from aeros.runtime.ports import RobotBody, Vec3
 
 _COLOUR: Final = "0.75 0.76 0.8 1"
 
+_FAR: Final = 100.0
+"""Way that no prismatic joint goes, m."""
+
 
 def robot_description(name: str, body: RobotBody, joints: Sequence[str]) -> str:
     """Describe a robot as URDF.
 
-    Joints are `continuous`, as a plan does not state their limits. Links have the balls that enclose them,
+    Joints that turn are `continuous`, as a plan does not state their limits. URDF has no joint that slides
+    without
+    limits: prismatic joints get wide ones. Links have the balls that enclose them,
     and neither meshes nor masses.
 
     Args:
@@ -45,9 +50,12 @@ def robot_description(name: str, body: RobotBody, joints: Sequence[str]) -> str:
             SubElement(visual, "material", name="link")
     SubElement(robot, "link", name=TOOL)
     for joint, row, parent, child in zip(joints, body.dh_rows, links, links[1:], strict=False):
-        element = _joint(robot, joint, "continuous", (parent, child))
+        kind = "prismatic" if is_prismatic(row) else "continuous"
+        element = _joint(robot, joint, kind, (parent, child))
         SubElement(element, "origin", xyz=_vector(mounting_of(row)[:3]), rpy=_vector(roll_pitch_yaw(row)))
         SubElement(element, "axis", xyz="0 0 1")
+        if is_prismatic(row):
+            SubElement(element, "limit", lower=_number(-_FAR), upper=_number(_FAR), effort="0", velocity="0")
     SubElement(
         _joint(robot, "tool_joint", "fixed", (links[-1], TOOL)), "origin", xyz=_vector(body.tool_offset)
     )

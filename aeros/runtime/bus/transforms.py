@@ -1,6 +1,6 @@
 """Transforms of a robot's chain of frames: world, base, links, tool; each in its parent frame.
 
-Joint angles are measured; chain and base pose come from the plant's planned motions.
+Joint positions are measured; chain and base pose come from the plant's planned motions.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def chain_transforms(
         body: the chain.
         base: position of the base in the world frame, m; None if unknown, then its transform is left out.
         names: names of the joints, one for each of `q`; the link that joint NAME moves is `NAME_link`.
-        q: joint angles, rad.
+        q: joint positions, rad or m.
         when: time stamp.
 
     Returns:

@@ -8,11 +8,11 @@ from typing import Any, Final, NamedTuple
 
 from aeros.runtime.ports import Reading
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
-from aeros.spec.expr.units import ANGLE, LENGTH
+from aeros.spec.expr.units import ANGLE, JOINT, LENGTH
 from aeros.spec.model.site import Site
 
-_OMITTED_DIMENSIONS: Final = (ANGLE,)
-"""Dimensions of quantities whose extremes say nothing about a stop: angles of joints."""
+_OMITTED_DIMENSIONS: Final = (ANGLE, JOINT)
+"""Dimensions of quantities whose extremes say nothing about a stop: positions of joints."""
 
 _AXES: Final = 3
 """Coordinates of a position."""

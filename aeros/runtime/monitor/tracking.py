@@ -5,9 +5,9 @@ distance is computed from the measured joints and base at every tick. What the p
 tracking does not count.
 
 Distance. A link moves by at most Σ |e_i|·lever_i if each joint i is off by e_i, as no point of it is
-farther than lever_i from the axis; two links of the arm approach each other by no more. A base that is off
-moves all links by its own distance. Mostly this bound suffices. Where it does not, the places of the links'
-corners are compared (`greatest_displacement`).
+farther than lever_i from the axis, and as the lever of a prismatic joint is at least 1 m/m; two links of the
+arm approach each other by no more. A base that is off moves all links by its own distance. Mostly this bound
+suffices. Where it does not, the places of the links' corners are compared (`greatest_displacement`).
 
 A motion follows its path in time: q(s(t/duration)). A motion under feedback stays near one of several
 paths, so its joints are compared with the boxes of their pieces, and its speeds with the bounds that the
@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import dist, inf, isfinite
 from typing import Any, Final
 
-from aeros.kinematic_chain import frames_of, mounting_of
+from aeros.kinematic_chain import frames_of, is_prismatic, mounting_of
 from aeros.runtime.gate.violation import MotionDeviation
 from aeros.runtime.motion.bezier import Piece, joint_box, split_in_half
 from aeros.runtime.motion.merged import moves_base
@@ -41,7 +41,8 @@ _WINDOW_S: Final = 0.05
 
 _JOINT_TOLERANCE: Final = 0.005
 _TOOL_TOLERANCE: Final = 0.003
-"""Allowance for tracking in a window: rad of each joint and m of the tool (measured: 0.5 mrad and 2 mm)."""
+"""Allowance for tracking in a window: rad of each revolute joint, and m of the tool and of each prismatic
+joint (measured: 0.5 mrad and 2 mm)."""
 
 _Reference = Callable[[float, Any], Sequence[float]]
 """Position of joints or base by decision, at a time since the motion began (s), nearest to a measured one."""
@@ -179,9 +180,9 @@ def greatest_displacement(
 
     Args:
         body: the robot; links without a hull are enclosed by their balls.
-        decided: joint positions as decided, rad.
-        measured: joint positions as measured, rad.
-        levers: greatest distance of any link from the axis of each joint, m.
+        decided: joint positions as decided, rad or m.
+        measured: joint positions as measured, rad or m.
+        levers: greatest distance of any link from the axis of each joint, m; of a prismatic joint at least 1.
 
     Returns:
         An upper bound of the distance of corners from their decided places, m. Seen from a link it is exact
@@ -319,6 +320,10 @@ class FeedbackRates:
         self._servo = plan.servo
         self._variable = variable
         self._mountings = [mounting_of(row) for row in plan.body.dh_rows]
+        self._units = [
+            (_TOOL_TOLERANCE, "m") if is_prismatic(row) else (_JOINT_TOLERANCE, "rad")
+            for row in plan.body.dh_rows
+        ]
         self._tool_offset = plan.body.tool_offset
         self._window: deque[tuple[float, tuple[float, ...], tuple[float, ...]]] = deque()
 
@@ -330,7 +335,7 @@ class FeedbackRates:
             measured: values (SI) or readings, by vocabulary name.
 
         Returns:
-            The ways of joints (rad) and tool (m) that are longer than the declared speed allows. None
+            The ways of joints (rad or m) and tool (m) that are longer than the declared speed allows. None
             for ticks without well-formed joints, which other checks refuse.
         """
         value, servo = measured.get(self._variable), self._servo
@@ -351,8 +356,10 @@ class FeedbackRates:
         ways = [
             ("way of the tool", dist(tool, tool_was), servo.tool_speed * lasted + _TOOL_TOLERANCE, "m"),
             *(
-                (f"way of joint {number}", abs(one - was), speed * lasted + _JOINT_TOLERANCE, "rad")
-                for number, (one, was, speed) in enumerate(zip(joints, were, servo.speed, strict=True), 1)
+                (f"way of joint {number}", abs(one - was), speed * lasted + tolerance, unit)
+                for number, (one, was, speed, (tolerance, unit)) in enumerate(
+                    zip(joints, were, servo.speed, self._units, strict=True), 1
+                )
             ),
         ]
         return tuple(

@@ -10,10 +10,14 @@ Every partial derivative of p by joints, of any order, is at most ρ_k long, k t
 innermost derivative is a vector of the length of p's distance from axis k, or less, and each further one
 turns it, which lengthens nothing.
 
+Prismatic joints. One moves p along its axis, whatever the posture: its first derivative is the axis, so ρ =
+1 (m per m). It turns nothing: a derivative by it of the derivative by a joint further out, or by itself, is
+0. So all above holds of it, and in pairs and triples of joints it counts only as the outermost.
+
 Displacement along a chord (`ForwardKinematics.chord_deviation_bound`). Let the joints be at q + λd + ε, λ in
 [−1, 1] and |ε_i| ≤ r_i. By Taylor, p is within ½ΣΣρ_max(i,j)·w_i·w_j, w_i = |d_i| + r_i, of the point that
 its first derivatives J give, which is λ·Jd + Jε from its place at q, and |Jε| ≤ Σ|J_i|·r_i. In Jd, unlike in
-sums of magnitudes, opposite effects of joints cancel.
+sums of magnitudes, opposite effects of joints cancel. J_i = z_i × (p − o_i), of a prismatic joint z_i.
 
 Timing. s(u) = 10u³ − 15u⁴ + 6u⁵, u = t/T. ds/du = 30u²(1−u)² is greatest at u = 1/2: 15/8.
 d²s/du² = 60u(1−u)(1−2u) at u = (1 ± 1/√3)/2: 10/√3. d³s/du³ = 60 − 360u + 360u² at the ends: 60.
@@ -38,7 +42,7 @@ from itertools import pairwise
 from math import hypot, inf, sqrt
 from typing import Final, NamedTuple
 
-from aeros.kinematic_chain import frames_of, mounting_of
+from aeros.kinematic_chain import frames_of, is_prismatic, mounting_of
 from aeros.runtime.motion.bezier import Derivatives, Piece, derivatives, joint_box, split_in_half
 from aeros.runtime.ports import JointPath, JointVector, RobotBody, Vec3
 
@@ -56,14 +60,16 @@ _MAX_SUBDIVISIONS: Final = 5
 
 
 class ForwardKinematics:
-    """Forward kinematics at one joint position `q` (rad).
+    """Forward kinematics at one joint position `q` (rad; m of prismatic joints).
 
     Attributes:
         frames: `frames[k]` is the frame of joint k in B, `frames[0]` the base's; m.
+        slides: of each joint, True if it is prismatic.
     """
 
     def __init__(self, body: RobotBody, q: Sequence[float]) -> None:
         self.frames = frames_of(map(mounting_of, body.dh_rows), q)
+        self.slides = [*map(is_prismatic, body.dh_rows)]
 
     def displacement_bound(self, joint: int, p: Vec3, width: Sequence[float]) -> tuple[float, list[float]]:
         """Bound the displacement of a point while each joint stays near its position.
@@ -71,18 +77,21 @@ class ForwardKinematics:
         Args:
             joint: number of joints that move the point.
             p: the point in B, m.
-            width: greatest deviation of each joint, rad.
+            width: greatest deviation of each joint, rad or m.
 
         Returns:
-            The bound, m, and ρ of each joint that moves the point, m.
+            The bound, m, and ρ of each joint that moves the point, m; 1 of a prismatic joint.
         """
         total, reaches = 0.0, [0.0] * joint
         x, y, z = p
         for k in range(joint - 1, -1, -1):
-            origin, _, _, (ax, ay, az) = self.frames[k + 1]
-            dx, dy, dz = x - origin[0], y - origin[1], z - origin[2]
-            off = hypot(ay * dz - az * dy, az * dx - ax * dz, ax * dy - ay * dx)
-            reaches[k] = off + total
+            if self.slides[k]:
+                reaches[k] = 1.0
+            else:
+                origin, _, _, (ax, ay, az) = self.frames[k + 1]
+                dx, dy, dz = x - origin[0], y - origin[1], z - origin[2]
+                off = hypot(ay * dz - az * dy, az * dx - ax * dz, ax * dy - ay * dx)
+                reaches[k] = off + total
             total += width[k] * reaches[k]
         return total, reaches
 
@@ -105,10 +114,13 @@ class ForwardKinematics:
         for k in range(joint - 1, standing - 1, -1):
             (ox, oy, oz), _, _, (ax, ay, az) = self.frames[k + 1]
             d, r, w, pairs = along[k]
-            dx, dy, dz = x - ox, y - oy, z - oz
-            cx, cy, cz = ay * dz - az * dy, az * dx - ax * dz, ax * dy - ay * dx
-            off = hypot(cx, cy, cz)
-            reach = off + total
+            if self.slides[k]:
+                cx, cy, cz, off, reach = ax, ay, az, 1.0, 1.0
+            else:
+                dx, dy, dz = x - ox, y - oy, z - oz
+                cx, cy, cz = ay * dz - az * dy, az * dx - ax * dz, ax * dy - ay * dx
+                off = hypot(cx, cy, cz)
+                reach = off + total
             total += w * reach
             near += off * r + reach * pairs
             jx += cx * d
@@ -119,25 +131,29 @@ class ForwardKinematics:
 
 ChordTerms = list[tuple[float, float, float, float]]
 """For each joint d, r, w = |d| + r, and half the summands w_i·w_j of (Σw)² for its pairs with itself and with
-earlier joints.
+earlier joints; of these pairs those whose inner joint is prismatic are left out.
 """
 
 
-def chord_terms(chord: Sequence[float], room: Sequence[float]) -> ChordTerms:
+def chord_terms(chord: Sequence[float], room: Sequence[float], slides: Sequence[bool]) -> ChordTerms:
     """Compute the terms that `ForwardKinematics.chord_deviation_bound` needs.
 
     Args:
-        chord: d of each joint, half the chord, rad.
-        room: r of each joint, greatest distance from the chord, rad.
+        chord: d of each joint, half the chord, rad or m.
+        room: r of each joint, greatest distance from the chord, rad or m.
+        slides: of each joint, True if it is prismatic.
 
     Returns:
         The terms of each joint.
     """
     terms, before = [], 0.0
-    for d, r in zip(chord, room, strict=True):
+    for d, r, is_sliding in zip(chord, room, slides, strict=True):
         w = abs(d) + r
-        terms.append((d, r, w, w * (before + w / 2.0)))
-        before += w
+        if is_sliding:
+            terms.append((d, r, w, w * before))
+        else:
+            terms.append((d, r, w, w * (before + w / 2.0)))
+            before += w
     return terms
 
 
@@ -154,7 +170,7 @@ def norm(v: Vec3) -> float:
 
 
 class MotionRates(NamedTuple):
-    """Bounds of a motion's rates; of a joint or a rotation in rad, of a translation in m.
+    """Bounds of a motion's rates; of a revolute joint or a rotation in rad, of a translation in m.
 
     Attributes:
         speed: rad/s or m/s.
@@ -216,7 +232,7 @@ def joint_rates(path: JointPath, duration: float) -> list[MotionRates]:
         duration: duration of the motion, s.
 
     Returns:
-        The bounds of each joint in rad/s, rad/s², rad/s³.
+        The bounds of each joint in rad/s, rad/s², rad/s³; of a prismatic joint in m/s, m/s², m/s³.
     """
     n = float(len(path))
     known = [derivatives(piece) for piece in path]
@@ -338,10 +354,12 @@ def _bounds(body: RobotBody, piece: Piece) -> list[float]:
     # Everything in the box is within its width and its middle's distance of the posture in the middle.
     width = [w + abs(m - q) for w, m, q in zip(box.width, box.middle, q_middle, strict=True)]
     _, reaches = posture.displacement_bound(len(q_middle), tool, width)
-    third = _third_derivative_bound(reaches, known)
+    third = _third_derivative_bound(reaches, known, posture.slides)
     first_at, second_at, turn_at = _point_derivatives(posture, tool, known.first, known.second)
     ends = max(norm(_add_scaled(first_at, second_at, 0.5)), norm(_add_scaled(first_at, second_at, -0.5)))
-    sa, sb, sc = sum(known.max_first), sum(known.max_second), sum(known.third)
+    sa, sb, sc = (
+        _sum_of_turns(column, posture.slides) for column in (known.max_first, known.max_second, known.third)
+    )
     bend = sb + 0.5 * sa * sa
     return [
         ends + third / 8.0,
@@ -353,10 +371,22 @@ def _bounds(body: RobotBody, piece: Piece) -> list[float]:
     ]
 
 
-def _third_derivative_bound(reaches: list[float], known: Derivatives) -> float:
-    """Compute L: the sums over all pairs and triples of joints, grouped by their outermost joint."""
+def _sum_of_turns(column: JointVector, slides: Sequence[bool]) -> float:
+    """Sum a column over the joints that turn; a prismatic joint does not turn the tool."""
+    return sum([one for one, is_sliding in zip(column, slides, strict=True) if not is_sliding], 0.0)
+
+
+def _third_derivative_bound(reaches: list[float], known: Derivatives, slides: Sequence[bool]) -> float:
+    """Compute L: the sums over all pairs and triples of joints, grouped by their outermost joint.
+
+    A prismatic joint is in pairs and triples with joints further in that turn, once in each.
+    """
     total = sa = sb = 0.0
-    for reach, a, b, c in zip(reaches, known.max_first, known.max_second, known.third, strict=True):
+    columns = zip(reaches, known.max_first, known.max_second, known.third, slides, strict=True)
+    for reach, a, b, c, is_sliding in columns:
+        if is_sliding:
+            total += reach * (c + 3.0 * (a * sb + b * sa) + 3.0 * a * sa**2)
+            continue
         pairs, triples = sa * sb, sa**3
         sa += a
         sb += b
@@ -369,15 +399,22 @@ def _point_derivatives(
 ) -> tuple[Vec3, Vec3, Vec3]:
     """Compute p', p'' and the rate of rotation from the joints' derivatives.
 
-    p'' = Σ_i J_i·q''_i + (2·Σ_{j<i} z_j·q'_j + z_i·q'_i) × J_i·q'_i, J_i = z_i × (p − o_i).
+    p'' = Σ_i J_i·q''_i + (2·Σ_{j<i} z_j·q'_j + z_i·q'_i) × J_i·q'_i, J_i = z_i × (p − o_i), where sums of
+    z_j and the summand z_i are over joints that turn; of a prismatic joint J_i = z_i.
     """
     px, py, pz = tool
     vx = vy = vz = cx = cy = cz = wx = wy = wz = 0.0
-    for ((ox, oy, oz), _, _, (zx, zy, zz)), rate, bend in zip(posture.frames[1:], first, second, strict=True):
-        dx, dy, dz = px - ox, py - oy, pz - oz
-        jx, jy, jz = zy * dz - zz * dy, zz * dx - zx * dz, zx * dy - zy * dx
-        ax, ay, az = jx * rate, jy * rate, jz * rate
-        zx, zy, zz = zx * rate, zy * rate, zz * rate
+    joints = zip(posture.frames[1:], posture.slides, first, second, strict=True)
+    for ((ox, oy, oz), _, _, (zx, zy, zz)), is_sliding, rate, bend in joints:
+        if is_sliding:
+            jx, jy, jz = zx, zy, zz
+            ax, ay, az = jx * rate, jy * rate, jz * rate
+            zx = zy = zz = 0.0
+        else:
+            dx, dy, dz = px - ox, py - oy, pz - oz
+            jx, jy, jz = zy * dz - zz * dy, zz * dx - zx * dz, zx * dy - zy * dx
+            ax, ay, az = jx * rate, jy * rate, jz * rate
+            zx, zy, zz = zx * rate, zy * rate, zz * rate
         tx, ty, tz = 2.0 * wx + zx, 2.0 * wy + zy, 2.0 * wz + zz
         cx += jx * bend + ty * az - tz * ay
         cy += jy * bend + tz * ax - tx * az

@@ -183,7 +183,7 @@ class PostureRange:
         if found is None:
             none = [0.0] * standing
             found = self._terms[standing] = chord_terms(
-                [*none, *self._half[standing:]], [*none, *self._room[standing:]]
+                [*none, *self._half[standing:]], [*none, *self._room[standing:]], self._posture.slides
             )
         return found
 

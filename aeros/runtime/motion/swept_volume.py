@@ -230,7 +230,7 @@ def ball_enclosures(
     """
     middle, half, width = path_chord(pieces)
     posture = ForwardKinematics(body, middle)
-    along = chord_terms(half, [w + s for w, s in zip(width, slack, strict=True)])
+    along = chord_terms(half, [w + s for w, s in zip(width, slack, strict=True)], posture.slides)
     enclosures = []
     for ball in balls:
         corners = ball.corners if isinstance(ball, Hull) else (ball.centre,)

@@ -24,6 +24,7 @@ from itertools import chain, product
 from math import dist, inf, isfinite
 from typing import Any, Final
 
+from aeros.kinematic_chain import PRISMATIC, is_prismatic
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.runtime.motion.base_contact import BaseTravel, box_corners, find_base_contact
 from aeros.runtime.motion.bezier import joint_box
@@ -85,6 +86,7 @@ class MotionDecider:
         self._policy = policy
         if policy is None:
             return
+        self._unit = _joint_unit(policy)
         self._lowest, self._highest = _floats(policy.lowest), _floats(policy.highest)
         self._joint_rates = [MotionRates(*map(float, one)) for one in zip(*policy.joint_limits, strict=True)]
         self._moving, self._turning = (
@@ -222,6 +224,9 @@ class MotionDecider:
             return "one of its numbers is not finite"
         if plan.duration <= 0.0:
             return "its duration is not above 0 s"
+        fault = _prismatic_fault(policy, plan.body)
+        if fault is not None:
+            return fault
         if plan.servo is not None and any(plan.base_path):
             return "the base travels under feedback"
         if any(not _moves_with_joint(ball, joints) for ball in plan.body.balls):
@@ -245,12 +250,16 @@ class MotionDecider:
                 if m - w - s < self._lowest[joint] or m + w + s > self._highest[joint]:
                     reasons.append(
                         _range_reason(
-                            joint + 1, (m - w - s, m + w + s), (self._lowest[joint], self._highest[joint])
+                            joint + 1,
+                            (m - w - s, m + w + s),
+                            (self._lowest[joint], self._highest[joint]),
+                            self._unit,
                         )
                     )
         for joint, (rates, limit) in enumerate(zip(_joint_rates(plan), self._joint_rates, strict=True), 1):
+            unit = self._unit
             reasons += _limit_violations(
-                f"joint-{joint}", f"joint {joint}", rates, limit, ("rad/s", "rad/s²", "rad/s³")
+                f"joint-{joint}", f"joint {joint}", rates, limit, (f"{unit}/s", f"{unit}/s²", f"{unit}/s³")
             )
         return reasons
 
@@ -485,6 +494,28 @@ def _hull_fault(body: RobotBody, joints: int, are_links_checked: bool) -> str | 
     return None
 
 
+def _joint_unit(policy: MotionPolicy) -> str:
+    """Return the unit in which the site writes positions of joints."""
+    return "jpos" if policy.is_mixed else "rad"
+
+
+def _prismatic_fault(policy: MotionPolicy, body: RobotBody) -> str | None:
+    """Return why a site's numbers do not hold for the prismatic joints of a body, or None.
+
+    In a site in rad they would be compared with numbers of another unit. A link moves by the whole way of a
+    prismatic joint, so its lever is 1 m/m; with a shorter one the site's tolerances are wrong.
+    """
+    levers = () if policy.tracking is None else policy.tracking.levers
+    for number, row in enumerate(body.dh_rows):
+        if not is_prismatic(row):
+            continue
+        if not policy.is_mixed:
+            return f"joint {number + 1} is prismatic, and the site has joint positions in rad, not in jpos"
+        if levers and levers[number] < 1:
+            return f"joint {number + 1} is prismatic, and the site's lever of it is below 1 m/jpos"
+    return None
+
+
 def _start_mismatch(
     policy: MotionPolicy, posture: JointVector, readings: Readings, subject: str
 ) -> list[Reason]:
@@ -499,7 +530,7 @@ def _start_mismatch(
         Reason(
             "AE761",
             policy.start_variable,
-            f"{subject} {distance:.3g} rad from the measured position of a joint",
+            f"{subject} {distance:.3g} {_joint_unit(policy)} from the measured position of a joint",
         )
     ]
 
@@ -532,7 +563,7 @@ def _end_mismatch(policy: MotionPolicy, action: Action, merged: MergedMotion, su
         each = [abs(a - b) for a, b in zip(merged.joints.motion.joint_paths[0][-1][3], ends, strict=True)]
         # Compare each, because `max` may hide a NaN.
         if not all(distance <= _JOINT_TOLERANCE for distance in each):
-            text = f"{subject} {max(each):.3g} rad from the target of a joint"
+            text = f"{subject} {max(each):.3g} {_joint_unit(policy)} from the target of a joint"
             reasons.append(Reason("AE761", targets.joint_target[0], text))
     if targets.base_target is not None:
         x, y = targets.base_target
@@ -578,14 +609,14 @@ def _tool_rates(plan: Trajectory, speed_limit: float) -> tuple[MotionRates, Moti
 _REST_TOLERANCE: Final = MotionRates(0.0, 0.0, 0.0)
 
 _JOINT_TOLERANCE: Final = 1e-6
-"""Distance of a joint from its requested end that rounding explains, rad."""
+"""Distance of a joint from its requested end that rounding explains, rad or m."""
 
 
-def _range_reason(joint: int, bounds: tuple[float, float], limits: tuple[float, float]) -> Reason:
+def _range_reason(joint: int, bounds: tuple[float, float], limits: tuple[float, float], unit: str) -> Reason:
     (low, high), (lowest, highest) = bounds, limits
     text = (
-        f"joint {joint} may be from {low:.4g} to {high:.4g} rad; "
-        f"its limits are {lowest:.4g} and {highest:.4g} rad"
+        f"joint {joint} may be from {low:.4g} to {high:.4g} {unit}; "
+        f"its limits are {lowest:.4g} and {highest:.4g} {unit}"
     )
     return Reason("AE762", f"joint-{joint}", text)
 
@@ -616,8 +647,10 @@ def _other_numbers(plan: Trajectory) -> list[float]:
         for p in (plan.base, plan.base_path, body.tool_offset, *(ball.centre for ball in body.balls))
     ):
         raise ValueError("a point does not have three coordinates")
-    if any(len(row) not in (3, 4) for row in body.dh_rows):
-        raise ValueError("a joint does not have three or four parameters")
+    if any(len(row) not in (3, 4, 5) for row in body.dh_rows):
+        raise ValueError("a joint does not have three to five parameters")
+    if any(is_prismatic(row) and row[-1] != PRISMATIC for row in body.dh_rows):
+        raise ValueError("the fifth parameter of a joint is not that of a prismatic one")
     numbers = [*body.tool_offset, *chain.from_iterable(body.dh_rows)]
     for ball in body.balls:
         numbers += [*ball.centre, ball.radius]

@@ -13,7 +13,7 @@ from typing import Final
 from xml.etree import ElementTree
 
 from aeros.files import temporary_folder
-from aeros.kinematic_chain import mounting_of, roll_pitch_yaw
+from aeros.kinematic_chain import is_prismatic, mounting_of, roll_pitch_yaw
 from aeros.runtime.ports import Hull
 from aeros.sim.bullet.body_factory import load_model
 from aeros.sim.bullet.client import DATA, bullet
@@ -130,7 +130,8 @@ def _made_urdf(model: RobotModel, folder: str) -> str:
     for number, (row, mass) in enumerate(rows, 1):
         name = f"link{number}"
         root.append(_link(name, hulls[name], mass, folder))
-        joint = _joint(f"joint{number}", "revolute", parent, name, mounting_of(row)[:3], roll_pitch_yaw(row))
+        kind = "prismatic" if is_prismatic(row) else "revolute"
+        joint = _joint(f"joint{number}", kind, parent, name, mounting_of(row)[:3], roll_pitch_yaw(row))
         ElementTree.SubElement(joint, "axis", xyz="0 0 1")
         limits = model.limits
         ElementTree.SubElement(

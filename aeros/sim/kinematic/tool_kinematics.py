@@ -9,8 +9,7 @@ from collections.abc import Sequence
 from math import atan2, cos, sin
 from typing import NamedTuple
 
-from aeros.kinematic_chain import Triple, frames_of
-from aeros.sim.geometry import cross, subtract
+from aeros.kinematic_chain import Triple, frames_of, point_derivative
 from aeros.sim.robot.model import RobotModel
 
 
@@ -20,7 +19,7 @@ class ToolKinematics(NamedTuple):
     Attributes:
         position: p_BT, m.
         yaw: in B, rad.
-        jacobian: ∂p_BT/∂q, for each joint a vector in B, m/rad.
+        jacobian: ∂p_BT/∂q, for each joint a vector in B, m/rad; of a prismatic joint m/m.
     """
 
     position: Triple
@@ -33,7 +32,7 @@ def tool_kinematics(arm: RobotModel, q: Sequence[float]) -> ToolKinematics:
 
     Args:
         arm: the robot.
-        q: joint positions, rad.
+        q: joint positions, rad or m.
 
     Returns:
         Pose and Jacobian in B.
@@ -43,6 +42,7 @@ def tool_kinematics(arm: RobotModel, q: Sequence[float]) -> ToolKinematics:
     tool = frames[-1].to_base(arm.body.tool_offset)
     c, s = cos(arm.hand.turn), sin(arm.hand.turn)
     yaw = atan2(c * x[1] + s * y[1], c * x[0] + s * y[0])
+    joints = zip(frames[1:], arm.mountings, strict=True)
     return ToolKinematics(
-        tool, yaw, tuple(cross(z, subtract(tool, origin)) for origin, _, _, z in frames[1:])
+        tool, yaw, tuple([point_derivative(frame, mounting, tool) for frame, mounting in joints])
     )

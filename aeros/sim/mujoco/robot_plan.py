@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from aeros.kinematic_chain import zero_angle
+from aeros.kinematic_chain import is_prismatic, zero_angle
 from aeros.sim.geometry import UPRIGHT, Pose, Vector3
 from aeros.sim.mujoco.plans import (
     AT_ORIGIN,
@@ -132,7 +132,7 @@ def _arm(model: RobotModel, drives: bool) -> Iterator[LinkPlan]:
         )
         joint = JointPlan(
             joint_name,
-            False,
+            is_prismatic(row),
             (0.0, 0.0, 1.0),
             (float(limits.lowest[number - 1]), float(limits.highest[number - 1])),
             dynamics.dry_friction,

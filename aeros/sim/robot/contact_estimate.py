@@ -1,7 +1,8 @@
 """Estimate the force of a contact from the external torques of the joints, as arms with torque sensors do.
 
 A force f (N) at a point of a link gives each joint below it the torque τ_i = (z_i × (p − o_i)) · f, with the
-joint's axis z_i and origin o_i; joints beyond the link feel nothing of it. So
+joint's axis z_i and origin o_i, and each prismatic joint the force z_i · f; joints beyond the link feel
+nothing of it. So
 
 - a contact on hand or fingers is a wrench at the tool point (3 forces, 3 moments), found from all
   torques by damped least squares, w = (J·Jᵀ + λ²)⁻¹·J·τ, wherever on the hand it is;
@@ -22,8 +23,7 @@ from typing import Final
 
 import numpy as np
 
-from aeros.kinematic_chain import JointFrame, Triple, frames_of
-from aeros.sim.geometry import cross, subtract
+from aeros.kinematic_chain import JointFrame, Triple, frames_of, point_derivative
 from aeros.sim.robot.model import RobotModel
 
 DAMPING: Final = 0.03
@@ -37,7 +37,8 @@ _LEVER_LENGTH: Final = 0.1
 """Lever by which moments at the tool point are compared with forces, m: half of the hand."""
 
 LEAST_TORQUE: Final = 0.3
-"""Norm of all external torques below which nothing is felt, N·m: free motion has up to 0.1, as measured."""
+"""Norm of all external torques below which nothing is felt, N·m: free motion has up to 0.1, as measured.
+Forces of prismatic joints count as torques at a lever of 1 m."""
 
 _DAMPING_6: Final = DAMPING**2 * np.eye(6)
 
@@ -47,8 +48,8 @@ def estimate_contact_force(arm: RobotModel, q: Sequence[float], torques: Sequenc
 
     Args:
         arm: the robot.
-        q: joint positions, rad.
-        torques: external torques, N·m.
+        q: joint positions, rad or m.
+        torques: external torques, N·m; of prismatic joints forces, N.
 
     Returns:
         The force, N; the greatest if it cannot be told on which link the contact is; 0 if the torques are
@@ -76,8 +77,12 @@ def _on_hand(arm: RobotModel, frames: Sequence[JointFrame], torques: Sequence[fl
     tool = frames[-1].to_base(arm.body.tool_offset)
     jacobian = np.array(
         [
-            (*cross(z, subtract(tool, origin)), *(_LEVER_LENGTH * part for part in z))
-            for origin, _, _, z in frames[1:]
+            (
+                *point_derivative(frame, mounting, tool),
+                *(0.0 if is_sliding else _LEVER_LENGTH * part for part in frame.z),
+            )
+            for frame, mounting in zip(frames[1:], arm.mountings, strict=True)
+            for is_sliding in mounting[-1:]
         ]
     ).T
     wrench = np.linalg.solve(jacobian @ jacobian.T + _DAMPING_6, jacobian @ np.array(torques))
@@ -90,8 +95,8 @@ def _on_link(arm: RobotModel, frames: Sequence[JointFrame], torques: Sequence[fl
     # (J·Jᵀ + λ²)·f = J·τ, symmetric: a b c / b d e / c e g.
     a = d = g = LINK_DAMPING**2
     b = c = e = u = v = w = 0.0
-    for (origin, _, _, z), torque in zip(frames[1 : link + 1], torques, strict=False):
-        x, y, height = cross(z, subtract(end, origin))
+    for frame, mounting, torque in zip(frames[1 : link + 1], arm.mountings, torques, strict=False):
+        x, y, height = point_derivative(frame, mounting, end)
         a, b, c = a + x * x, b + x * y, c + x * height
         d, e, g = d + y * y, e + y * height, g + height * height
         u, v, w = u + x * torque, v + y * torque, w + height * torque

@@ -2,7 +2,8 @@
 
 Frames: B is the arm's base, T the tool centre point between the fingertips. Every tool pose here points
 down: R_BT = Rz(yaw)·Rx(π), so that at yaw 0 the fingers close along y of B.
-Units: metres and radians. Shapes: q is (n, joints), p_BT is (n, 3), yaw is (n,).
+Units: metres and radians; positions of prismatic joints are metres. Shapes: q is (n, joints), p_BT is (n,
+3), yaw is (n,).
 Source: J. J. Craig, Introduction to Robotics, modified Denavit–Hartenberg parameters.
 """
 
@@ -40,11 +41,11 @@ def forward_kinematics(arm: RobotModel, q: Vector) -> tuple[Vector, Vector, Vect
 
     Returns:
         (p_BT, R_BT, J): tool positions (n, 3) in B, m; tool rotations (n, 3, 3); geometric Jacobians (n, 6,
-        joints) in B, linear rows (m/rad) above angular rows (rad/rad).
+        joints) in B, linear rows (m/rad) above angular rows (rad/rad); of prismatic joints m/m and 0.
     """
     n, joints = q.shape
     cosines, sines = arm.twists
-    angles = q.T + arm.zero_angles
+    angles = q.T + arm.zero_angles if arm.all_turn else q.T * (1.0 - arm.slides[:, None]) + arm.zero_angles
     c, s = np.cos(angles), np.sin(angles)
     turns = np.zeros((joints, n, 3, 3))
     turns[:, :, 0, 0], turns[:, :, 0, 1] = c, -s
@@ -54,13 +55,19 @@ def forward_kinematics(arm: RobotModel, q: Vector) -> tuple[Vector, Vector, Vect
     rotations[0] = _IDENTITY_3
     for i in range(joints):
         np.matmul(rotations[i], turns[i], out=rotations[i + 1])
-    origins = np.cumsum((rotations[:joints] @ arm.joint_origins)[..., 0], axis=0)
+    steps = (rotations[:joints] @ arm.joint_origins)[..., 0]
     axes = rotations[1:, :, :, 2]
+    if not arm.all_turn:
+        steps += (q.T * arm.slides[:, None])[:, :, None] * axes
+    origins = np.cumsum(steps, axis=0)
     p_BT = origins[-1] + arm.body.tool_offset[2] * axes[-1]
     R_BT = rotations[-1] @ arm.hand_rotation
     jacobian = np.empty((n, 6, joints))
     jacobian[:, :3, :] = _cross(axes.transpose(1, 2, 0), p_BT[:, :, None] - origins.transpose(1, 2, 0))
     jacobian[:, 3:, :] = axes.transpose(1, 2, 0)
+    if not arm.all_turn:
+        jacobian[:, :3, :] += arm.slides * (jacobian[:, 3:, :] - jacobian[:, :3, :])
+        jacobian[:, 3:, :] *= 1.0 - arm.slides
     return p_BT, R_BT, jacobian
 
 
@@ -132,16 +139,12 @@ def solve_ik(arm: RobotModel, p_BT: Vector, yaw: Vector, start: Vector) -> Vecto
         error = pose_error(p, R, p_BT, R_target)
         # An upside-down tool has a vanishing first-order error; the third axis tells it from a solution.
         flipped = R[:, 2, 2] > 0.0
-        JT = J.transpose(0, 2, 1)
-        damping = 1e-9 + _DAMPING * np.sum(error * error, axis=1)
-        A = J @ JT + damping[:, None, None] * _IDENTITY_6
         lean = weights * (ready - q)
-        inner = np.linalg.solve(A, np.stack((error, (J @ lean[:, :, None])[:, :, 0]), axis=2))
-        step = (JT @ inner[:, :, :1])[:, :, 0]
-        null = lean - (JT @ inner[:, :, 1:])[:, :, 0]
-        length = np.sum(null * null, axis=1)
-        curvature = np.sum(weights * null * null, axis=1) / np.maximum(length, 1e-18)
-        drift = null / np.maximum(curvature, 0.2)[:, None]
+        step, drift = _ik_moves(J, error, lean, weights)
+        if not arm.all_turn:
+            free = _free_joints(arm, q, step + drift)
+            if not free.all():
+                step, drift = _ik_moves(J * free[:, None, :], error, lean * free, weights)
         if not flipped.any() and np.abs(error).max() < _TOLERANCE and np.abs(drift).max() < 1e-3:
             return q
         move = step + 0.7 * drift
@@ -152,6 +155,30 @@ def solve_ik(arm: RobotModel, p_BT: Vector, yaw: Vector, start: Vector) -> Vecto
     return q if good else None
 
 
+def _ik_moves(J: Vector, error: Vector, lean: Vector, weights: Vector) -> tuple[Vector, Vector]:
+    """Return the damped step that corrects errors, and the way in its null space towards the lean."""
+    JT = J.transpose(0, 2, 1)
+    damping = 1e-9 + _DAMPING * np.sum(error * error, axis=1)
+    A = J @ JT + damping[:, None, None] * _IDENTITY_6
+    inner = np.linalg.solve(A, np.stack((error, (J @ lean[:, :, None])[:, :, 0]), axis=2))
+    step = (JT @ inner[:, :, :1])[:, :, 0]
+    null = lean - (JT @ inner[:, :, 1:])[:, :, 0]
+    length = np.sum(null * null, axis=1)
+    curvature = np.sum(weights * null * null, axis=1) / np.maximum(length, 1e-18)
+    return step, null / np.maximum(curvature, 0.2)[:, None]
+
+
+def _free_joints(arm: RobotModel, q: Vector, move: Vector) -> Vector:
+    """Return 1.0 for each joint that can make a move, and 0.0 for one at a limit that it would go beyond.
+
+    A prismatic joint is often at one, and the others then have to do what it cannot. Arms whose joints all
+    turn are solved without this, as their recorded runs were.
+    """
+    below = (q <= arm.lowest_solution) & (move < 0.0)
+    above = (q >= arm.highest_solution) & (move > 0.0)
+    return np.where(below | above, 0.0, 1.0)
+
+
 def solve_ik_one(arm: RobotModel, p_BT: Vector, yaw: float, start: Vector) -> Vector | None:
     """Solve inverse kinematics for one pose, from several starting postures in turn.
 
@@ -159,7 +186,7 @@ def solve_ik_one(arm: RobotModel, p_BT: Vector, yaw: float, start: Vector) -> Ve
         arm: the robot.
         p_BT: tool position (3,) in B, m.
         yaw: tool yaw, rad.
-        start: joint positions to try first, rad; then postures turned to the pose's bearing, then
+        start: joint positions to try first, rad or m; then postures turned to the pose's bearing, then
             the ready posture.
 
     Returns:
@@ -168,9 +195,15 @@ def solve_ik_one(arm: RobotModel, p_BT: Vector, yaw: float, start: Vector) -> Ve
     bearing = float(np.arctan2(p_BT[1], p_BT[0]))
     ready, lowest, highest = arm.postures.ready, arm.limits.lowest, arm.limits.highest
     turned = ready.copy()
-    turned[0] = np.clip(ready[0] + bearing, lowest[0], highest[0])
-    turned[-1] = np.clip(ready[-1] + bearing - yaw, lowest[-1], highest[-1])
-    for guess in (start, turned, *(turned + one for one in arm.postures.search), ready):
+    first, last = arm.turning_ends
+    turned[first] = np.clip(ready[first] + bearing, lowest[first], highest[first])
+    wrist = ready[last] + bearing - yaw
+    turned[last] = np.clip(wrist, lowest[last], highest[last])
+    # The same yaw, a whole turn on: for a wrist that would be beyond its limits.
+    whole = turned.copy()
+    whole[last] = wrist - 2.0 * np.pi * np.sign(wrist - turned[last])
+    guesses = [start, turned, *(turned + one for one in arm.postures.search), ready]
+    for guess in (*guesses, whole) if wrist != turned[last] else guesses:
         solutions = solve_ik(arm, p_BT[None, :], np.array([yaw]), guess[None, :])
         if solutions is not None:
             solution: Vector = solutions[0]

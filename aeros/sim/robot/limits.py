@@ -15,6 +15,8 @@ Vector = NDArray[np.float64]
 class JointLimits:
     """Limits of the joints, from the base outwards; each (n,), read-only.
 
+    Units are those of revolute joints; of prismatic joints m replaces rad, and N replaces N·m.
+
     Attributes:
         lowest: lowest positions, rad.
         highest: highest positions, rad.

@@ -11,13 +11,13 @@ from typing import Final
 
 import numpy as np
 
-from aeros.kinematic_chain import Mounting, mounting_of, zero_angle
+from aeros.kinematic_chain import Mounting, is_prismatic, mounting_of, zero_angle
 from aeros.runtime.ports import RobotBody, Vec3
 from aeros.sim.robot.body import Capsule
 from aeros.sim.robot.limits import JointLimits, ToolPointLimits, Vector
 
 _LIMIT_MARGIN: Final = 0.02
-"""Distance of solutions from the official limits, rad: room for tracking error (≤ 0.006 rad)."""
+"""Distance of solutions from the official limits, rad or m: room for tracking error (≤ 0.006 rad)."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,11 @@ class Postures:
     """Postures that inverse kinematics begins at and leans to.
 
     Attributes:
-        ready: posture in which arms start, its tool pointing down, rad (n,).
+        ready: posture in which arms start, its tool pointing down, rad or m (n,).
         lean_weights: weight with which each joint is drawn to `ready` by a spare degree of freedom (n,);
             0 for joints that follow the target's bearing and yaw.
-        search: differences from `ready`, turned to the target, at which to search for a solution, rad; each
-            (n,).
+        search: differences from `ready`, turned to the target, at which to search for a solution, rad or m;
+            each (n,).
     """
 
     ready: Vector
@@ -61,6 +61,8 @@ class Postures:
 @dataclass(frozen=True)
 class ServoSettings:
     """Settings of the joints' servos and of the estimate of contact forces; each has one value per joint.
+
+    Units are those of revolute joints; of prismatic joints m replaces rad, and N replaces N·m.
 
     Attributes:
         correction: greatest torque by which a position controller corrects the modelled torque, N·m.
@@ -93,6 +95,8 @@ class LinkMass:
 @dataclass(frozen=True)
 class Dynamics:
     """Masses of the moving links, and what the joints add.
+
+    Units are those of revolute joints; of prismatic joints they are kg, N·s/m and N.
 
     Attributes:
         links: masses of the links 1 to n.
@@ -169,26 +173,42 @@ class RobotModel:
         return np.cos(twists)[:, None], np.sin(twists)[:, None]
 
     @cached_property
+    def slides(self) -> Vector:
+        """1.0 for each prismatic joint, 0.0 for each revolute joint (n,)."""
+        return np.array([float(is_prismatic(row)) for row in self.body.dh_rows])
+
+    @cached_property
     def zero_angles(self) -> Vector:
         """Angle theta of each joint at its position 0 (n, 1), rad."""
         return np.array([[zero_angle(row)] for row in self.body.dh_rows])
 
     @cached_property
     def joint_origins(self) -> Vector:
-        """Each joint's origin in the frame before it (n, 1, 3, 1), m."""
+        """Each joint's origin in the frame before it, at its position 0 (n, 1, 3, 1), m."""
         lengths, offsets = ([row[number] for row in self.body.dh_rows] for number in (0, 2))
         cosines, sines = self.twists
         origins = np.stack((lengths, -sines[:, 0] * offsets, cosines[:, 0] * offsets), axis=1)
         return origins[:, None, :, None]
 
     @cached_property
+    def all_turn(self) -> bool:
+        """True if no joint is prismatic."""
+        return not self.slides.any()
+
+    @cached_property
+    def turning_ends(self) -> tuple[int, int]:
+        """Numbers of the first and the last revolute joint, counted from 0: for a bearing and a yaw."""
+        turning = np.flatnonzero(self.slides == 0.0)
+        return int(turning[0]), int(turning[-1])
+
+    @cached_property
     def lowest_solution(self) -> Vector:
-        """Lowest joint positions that inverse kinematics gives (n,), rad."""
+        """Lowest joint positions that inverse kinematics gives (n,), rad or m."""
         return self.limits.lowest + _LIMIT_MARGIN
 
     @cached_property
     def highest_solution(self) -> Vector:
-        """Highest joint positions that inverse kinematics gives (n,), rad."""
+        """Highest joint positions that inverse kinematics gives (n,), rad or m."""
         return self.limits.highest - _LIMIT_MARGIN
 
     @cached_property

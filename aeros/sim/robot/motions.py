@@ -145,7 +145,7 @@ ARRIVAL_TOLERANCE: Final = 0.01
 """Greatest distance of the tool from the target of a completed move, m."""
 
 JOINT_ARRIVAL_TOLERANCE: Final = 0.01
-"""Greatest distance of a joint from the target of a completed move, rad."""
+"""Greatest distance of a joint from the target of a completed move, rad or m."""
 
 _MIN_SPEED: Final = 1e-3
 """Least speed of a move, m/s."""
@@ -327,12 +327,12 @@ def _follow_profile(robot: Robot, profile: JointProfile) -> MotionTicks:
 def plan_move_joints(
     robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None
 ) -> PreparedMotion:
-    """Plan `move_joints {q1 … qn: rad, speed: m/s}`: all joints in step, the tool never faster than `speed`.
+    """Plan `move_joints {q1 … qn, speed: m/s}`: all joints in step, the tool never faster than `speed`.
 
     Args:
         robot: the robot.
-        parameters: `q1` to `qn`, target positions inside the joint limits, rad; `speed`, from 0.001 m/s to
-            the tool's limit.
+        parameters: `q1` to `qn`, target positions inside the joint limits, rad or m; `speed`, from 0.001 m/s
+            to the tool's limit.
         base_motion: plan of the base motion under way; its peak speed is subtracted from `speed`.
 
     Returns:
@@ -357,9 +357,12 @@ def plan_move_joints(
 
 def _move_joints(robot: Robot, profile: JointProfile, target: Vector) -> MotionTicks:
     yield from _follow_profile(robot, profile)
-    miss = float(np.abs(np.array(robot.read_sensors().q) - target).max())
+    misses = np.abs(np.array(robot.read_sensors().q) - target)
+    worst = int(misses.argmax())
+    miss = float(misses[worst])
     if miss > JOINT_ARRIVAL_TOLERANCE:
-        raise BlockedError(f"blocked: a joint stopped {miss:.3f} rad from its target")
+        unit = "m" if robot.model.slides[worst] else "rad"
+        raise BlockedError(f"blocked: a joint stopped {miss:.3f} {unit} from its target")
 
 
 def _check_arrival(robot: Robot, p_WT: Vector3) -> None:

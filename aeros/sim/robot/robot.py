@@ -36,7 +36,8 @@ _STOP_SHARE: Final = 0.9
 
 _MAX_JOINT_LAG: Final = 0.006
 _MAX_RATE_LAG: Final = 0.05
-"""Tracking errors above which a joint is hindered, rad and rad/s (seen at most: 0.005, 0.02)."""
+"""Tracking errors above which a joint is hindered, rad and rad/s (seen at most: 0.005, 0.02), or m and
+m/s."""
 
 _BASE_LAG: Final = 0.005
 _BASE_RATE_LAG: Final = 0.02
@@ -49,7 +50,7 @@ SETTLE_TICKS: Final = 60
 """Longest wait for the arm to come to rest after a profile, ticks (0.25 s)."""
 
 _REST_SPEED: Final = 0.01
-"""Joint speed below which the arm rests, rad/s."""
+"""Joint speed below which the arm rests, rad/s or m/s."""
 
 _STANDING_SPEED: Final = 0.005
 """Speed of a carriage that counts as standing, m/s: it rests within a tick or two."""
@@ -84,9 +85,9 @@ class RobotState(NamedTuple):
     """Readings of the robot's own sensors after a tick, SI, positions in W.
 
     Attributes:
-        q: joint positions, rad.
+        q: joint positions, rad; of prismatic joints m, as all that follows.
         qd: joint speeds, rad/s.
-        torque: joint torques, N·m.
+        torque: joint torques, N·m; of prismatic joints forces, N.
         tool_position: of the tool centre point, m.
         tool_speed: of the tool centre point, m/s.
         finger_gap: distance between the finger pads, m.
@@ -413,7 +414,7 @@ def max_link_speed(arm: RobotModel, q: Sequence[float], rates: Sequence[float], 
     Of each link it follows both ends of its capsule's axis, and of the hand also the tool point. A link is
     rigid, so no point of those axes is faster. Not counted: rotation of a link about its own axis.
     Velocities go up the chain in each link's own frame, where its points stay: v = v₋₁ + ω₋₁ × p, ω = ω₋₁ +
-    z·q̇, both rotated.
+    z·q̇, both rotated; of a prismatic joint v = v₋₁ + ω₋₁ × p + z·q̇ and ω = ω₋₁.
 
     Args:
         arm: the robot.
@@ -429,15 +430,21 @@ def max_link_speed(arm: RobotModel, q: Sequence[float], rates: Sequence[float], 
     vx, vy, vz = base
     wx = wy = wz = 0.0
     fastest = vx * vx + vy * vy + vz * vz
-    for ((x, y, z, ca, sa, zero), points), position, rate in zip(_followed_chain(arm), q, rates, strict=True):
+    for (mounting, points), position, rate in zip(_followed_chain(arm), q, rates, strict=True):
+        x, y, z, ca, sa, zero, slides = mounting
+        if slides:
+            y, z = y - sa * position, z + ca * position
         vx, vy, vz = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x
         vy, vz = ca * vy + sa * vz, ca * vz - sa * vy
         wy, wz = ca * wy + sa * wz, ca * wz - sa * wy
-        turn = position + zero
+        turn = zero if slides else position + zero
         c, s = cos(turn), sin(turn)
         vx, vy = c * vx + s * vy, c * vy - s * vx
         wx, wy = c * wx + s * wy, c * wy - s * wx
-        wz += rate
+        if slides:
+            vz += rate
+        else:
+            wz += rate
         for px, py, pz in points:
             ux, uy, uz = vx + wy * pz - wz * py, vy + wz * px - wx * pz, vz + wx * py - wy * px
             square = ux * ux + uy * uy + uz * uz

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from aeros.kinematic_chain import Row
+from aeros.kinematic_chain import PRISMATIC, Row
 from aeros.runtime.ports import Hull, RobotBody, Vec3
 from aeros.sim.robot.body import Capsule, enclosing_balls
 from aeros.sim.robot.kinematics import forward_kinematics
@@ -35,7 +35,7 @@ from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, SpanLabel
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity, elaborate_unit
-from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME, Dimension
+from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME, Dimension, Unit
 from aeros.spec.model.motion import MotionPolicy
 from aeros.spec.model.site import Site
 from aeros.spec.text.fields import NumberField, TextField
@@ -48,9 +48,15 @@ GROUP: Final = "aeros.robots"
 REFERENCE_ROBOT: Final = "panda"
 """Name of the robot of the reference site, and of sites that name none."""
 
-_TORQUE: Final = FORCE * LENGTH
 _SPEED: Final = LENGTH * TIME**-1
 _TURNING: Final = ANGLE * TIME**-1
+
+_Dimensions = tuple[Dimension, Dimension]
+"""Dimension of a column's values, of revolute joints and of prismatic joints."""
+
+_POSITION: Final[_Dimensions] = (ANGLE, LENGTH)
+_EFFORT: Final[_Dimensions] = (FORCE * LENGTH, FORCE)
+_STIFFNESS: Final[_Dimensions] = (FORCE * LENGTH * ANGLE**-1, FORCE * LENGTH**-1)
 
 _ROUNDING: Final = 1e-9
 """Share of a limit by which a site may exceed it, as both are rounded."""
@@ -140,19 +146,31 @@ def _excesses(policy: MotionPolicy, robot: RobotModel) -> Iterator[str]:
             f"its robot `{robot.name}` has {robot.joint_count}"
         )
         return
+    if not (robot.all_turn or policy.is_mixed):
+        sliding = int(robot.slides.argmax()) + 1
+        yield (
+            f"joint {sliding} of the robot `{robot.name}` is prismatic; the site has its joints in rad, "
+            "and needs `unit: jpos`"
+        )
+        return
     limits = robot.limits
     columns: tuple[tuple[str, tuple[Fraction, ...], Vector, int], ...] = (
-        ("position of joint {}, rad,", policy.lowest, limits.lowest, -1),
-        ("position of joint {}, rad,", policy.highest, limits.highest, 1),
-        ("speed of joint {}, rad/s,", policy.joint_limits[0], limits.speed, 1),
-        ("acceleration of joint {}, rad/s²,", policy.joint_limits[1], limits.acceleration, 1),
-        ("jerk of joint {}, rad/s³,", policy.joint_limits[2], limits.jerk, 1),
+        ("position of joint {}, {},", policy.lowest, limits.lowest, -1),
+        ("position of joint {}, {},", policy.highest, limits.highest, 1),
+        ("speed of joint {}, {}/s,", policy.joint_limits[0], limits.speed, 1),
+        ("acceleration of joint {}, {}/s²,", policy.joint_limits[1], limits.acceleration, 1),
+        ("jerk of joint {}, {}/s³,", policy.joint_limits[2], limits.jerk, 1),
     )
+    units = ["m" if slides else "rad" for slides in robot.slides.tolist()]
     for name, allowed, official, sign in columns:
-        for joint, (one, limit) in enumerate(zip(allowed, official.tolist(), strict=True), 1):
+        for joint, (one, limit, unit) in enumerate(zip(allowed, official.tolist(), units, strict=True), 1):
             if sign * (float(one) - limit) > _ROUNDING * abs(limit):
-                allowing = f"the site allows a {name.format(joint)} of {float(one):g}"
+                allowing = f"the site allows a {name.format(joint, unit)} of {float(one):g}"
                 yield f"{allowing}; the robot's limit is {limit:g}"
+    levers = () if policy.tracking is None else policy.tracking.levers
+    for joint, (lever, unit) in enumerate(zip(levers, units, strict=False), 1):
+        if unit == "m" and lever < 1:
+            yield f"the site's lever of joint {joint} is {float(lever):g}; it is prismatic and needs 1 m/jpos"
 
 
 @cache
@@ -177,11 +195,14 @@ class _RobotReader:
         self._path = path
         self._diagnostics = diagnostics
         self._joints = len(file.chain)
+        self._slides = [row.joint == "prismatic" for row in file.chain]
         self._links = ("foot", *(f"link{number}" for number in range(1, self._joints + 1)), "hand", "fingers")
 
     def read(self) -> RobotModel:
         """Convert the whole file."""
         file = self._file
+        if all(self._slides):
+            self._report("no joint of the chain turns", file.chain[0].span, "leave `joint: prismatic` out")
         capsules = tuple(self._capsule(one) for one in file.capsules)
         self._check_links(
             [one.link.value for one in file.capsules], "capsules", (file.capsules or (file,))[-1].span
@@ -224,21 +245,25 @@ class _RobotReader:
 
     def _limits(self) -> JointLimits:
         limits = self._file.limits
-        lowest, highest = (self._column(one, ANGLE, signed=True) for one in (limits.lowest, limits.highest))
+        lowest, highest = (
+            self._column(one, _POSITION, signed=True) for one in (limits.lowest, limits.highest)
+        )
         for joint, (low, high) in enumerate(zip(lowest, highest, strict=False), 1):
             if low >= high:
+                unit = "m" if self._slides[joint - 1] else "rad"
                 text = (
-                    f"the lowest position of joint {joint}, {low:g} rad, is not below its highest, {high:g}"
+                    f"the lowest position of joint {joint}, {low:g} {unit}, is not below its highest, "
+                    f"{high:g}"
                 )
                 self._report(text, limits.highest.span, "exchange them, or correct the unit")
         return JointLimits(
             lowest,
             highest,
-            self._column(limits.speed, _TURNING),
-            self._column(limits.acceleration, _TURNING * TIME**-1),
-            self._column(limits.jerk, _TURNING * TIME**-2),
-            self._column(limits.torque, _TORQUE),
-            self._column(limits.torque_rate, _TORQUE * TIME**-1),
+            self._column(limits.speed, _times(_POSITION, TIME**-1)),
+            self._column(limits.acceleration, _times(_POSITION, TIME**-2)),
+            self._column(limits.jerk, _times(_POSITION, TIME**-3)),
+            self._column(limits.torque, _EFFORT),
+            self._column(limits.torque_rate, _times(_EFFORT, TIME**-1)),
         )
 
     def _tool_limits(self) -> ToolPointLimits:
@@ -258,7 +283,7 @@ class _RobotReader:
         for name, row in rows:
             if len(row) != self._joints:
                 self._wrong_count(name, len(row), postures.span)
-        ready = self._column(postures.ready, ANGLE, signed=True)
+        ready = self._column(postures.ready, _POSITION, signed=True)
         ready.flags.writeable = False
         lean, *search = (np.array([_float(one) for one in row]) for _, row in rows)
         return Postures(ready, lean, tuple(search))
@@ -266,10 +291,10 @@ class _RobotReader:
     def _servos(self) -> ServoSettings:
         servos = self._file.servos
         return ServoSettings(
-            tuple(self._column(servos.correction, _TORQUE).tolist()),
-            tuple(self._column(servos.stiffness, _TORQUE * ANGLE**-1).tolist()),
-            tuple(self._column(servos.damping, _TORQUE * TIME * ANGLE**-1).tolist()),
-            tuple(self._column(servos.felt_torque, _TORQUE).tolist()),
+            tuple(self._column(servos.correction, _EFFORT).tolist()),
+            tuple(self._column(servos.stiffness, _STIFFNESS).tolist()),
+            tuple(self._column(servos.damping, _times(_STIFFNESS, TIME)).tolist()),
+            tuple(self._column(servos.felt_torque, _EFFORT).tolist()),
         )
 
     def _dynamics(self) -> Dynamics:
@@ -339,21 +364,40 @@ class _RobotReader:
             listed = ", ".join(f"`{name}`" for name in missing)
             self._report(f"the {things} lack {listed}", span, "every link needs one, or it is not avoided")
 
-    def _column(self, column: declared.Column, dimension: Dimension, *, signed: bool = False) -> Vector:
+    def _column(self, column: declared.Column, dimensions: _Dimensions, *, signed: bool = False) -> Vector:
         """Convert one number for each joint to SI; report a wrong count, unit or sign."""
-        unit = elaborate_unit(column.unit, self._diagnostics)
-        if unit is not None and unit.dimension != dimension:
-            headline = f"expected a unit of {dimension}, found `{column.unit.value}`"
-            self._report(headline, column.unit.span)
+        units = [
+            None if text is None else self._unit(text, dimension)
+            for text, dimension in zip((column.unit, column.prismatic_unit), dimensions, strict=True)
+        ]
+        if any(self._slides) and column.prismatic_unit is None:
+            self._report(
+                f"`prismatic_unit` is missing: joint {self._slides.index(True) + 1} is prismatic",
+                column.span,
+                f"add the unit of its value, one of {dimensions[1]}",
+            )
+        elif column.prismatic_unit is not None and not any(self._slides):
+            self._report(
+                "no joint of the chain is prismatic",
+                column.prismatic_unit.span,
+                "remove `prismatic_unit`, or write `joint: prismatic` in a row of the chain",
+            )
         if len(column.values) != self._joints:
             self._wrong_count("this column", len(column.values), column.span)
         for one in column.values:
             if not signed and one.value <= 0:
                 self._report(f"`{one.node.text}` is not above 0", one.span)
+        pairs = zip(column.values, self._slides, strict=False)
         return np.array(
-            [float(one.value if unit is None else unit.to_si(one.value)) for one in column.values],
+            [float(one.value if (unit := units[s]) is None else unit.to_si(one.value)) for one, s in pairs],
             dtype=np.float64,
         )
+
+    def _unit(self, text: TextField, dimension: Dimension) -> Unit | None:
+        unit = elaborate_unit(text, self._diagnostics)
+        if unit is not None and unit.dimension != dimension:
+            self._report(f"expected a unit of {dimension}, found `{text.value}`", text.span)
+        return unit
 
     def _quantity(self, text: TextField, dimension: Dimension, *, signed: bool = False) -> float:
         value = elaborate_quantity(text, dimension, self._diagnostics)
@@ -374,7 +418,8 @@ def _check_ready_posture(model: RobotModel, file: declared.Robot, diagnostics: D
     ready, span = model.postures.ready, file.postures.ready.span
     outside = np.flatnonzero((ready < model.lowest_solution) | (ready > model.highest_solution))
     for joint in outside.tolist():
-        headline = f"in the ready posture joint {joint + 1} is less than 0.02 rad inside its limits"
+        unit = "m" if model.slides[joint] else "rad"
+        headline = f"in the ready posture joint {joint + 1} is less than 0.02 {unit} inside its limits"
         diagnostics.error("AE208", headline, span, help=("choose a posture inside the limits",))
     _, turned, _ = forward_kinematics(model, ready[None, :])
     tilt = float(np.linalg.norm(turned[0] - np.diag((1.0, -1.0, -1.0))))
@@ -387,9 +432,16 @@ def _check_ready_posture(model: RobotModel, file: declared.Robot, diagnostics: D
         )
 
 
+def _times(dimensions: _Dimensions, factor: Dimension) -> _Dimensions:
+    turning, sliding = dimensions
+    return turning * factor, sliding * factor
+
+
 def _row(declared_row: declared.ChainRow) -> Row:
     length, twist, offset = map(_float, (declared_row.length, declared_row.twist, declared_row.offset))
     zero = 0.0 if declared_row.zero is None else _float(declared_row.zero)
+    if declared_row.joint == "prismatic":
+        return (length, twist, offset, zero, PRISMATIC)
     return (length, twist, offset, zero) if zero else (length, twist, offset)
 
 

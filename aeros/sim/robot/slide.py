@@ -88,13 +88,17 @@ def plan_slide(robot: Robot, parameters: ActionParameters, base_motion: Trajecto
         The motion of the arm, under feedback.
 
     Raises:
-        ActionRejectedError: a parameter is missing, unknown or out of range, the base drives, or a path is
-            unreachable.
+        ActionRejectedError: a parameter is missing, unknown or out of range, the arm has a prismatic joint,
+            the base drives, or a path is unreachable.
     """
     p_WT = parameters.position("target")
     force = parameters.number("force", 0.5, 60.0)
     speed = parameters.number("speed", 1e-3, 0.5)
     parameters.reject_unread()
+    if not robot.model.all_turn:
+        raise ActionRejectedError(
+            "unknown kind: `slide` on an arm with prismatic joints: its servo would leave the planned paths"
+        )
     if base_motion is not None:
         raise ActionRejectedError("not allowed while the base drives: the pressed object would be dragged")
     start, yaw = robot.tool_command()

@@ -18,7 +18,7 @@ from aeros.spec.elaborate.obstacles import elaborate_obstacles
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, FamilyType, RealType, Type, VectorType
-from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
+from aeros.spec.expr.units import ANGLE, JOINT, LENGTH, TIME, Dimension
 from aeros.spec.model.motion import (
     Barrier,
     HeldObject,
@@ -144,11 +144,13 @@ class _MotionElaborator:
         measured = resolve_name(
             motion.starts_at, self._vocabulary.state, "a state variable", self._diagnostics
         )
-        index = None if measured is None else self._index(motion.starts_at, measured.variable)
+        index, position = None, ANGLE
+        if measured is not None:
+            index, position = self._joints(motion.starts_at, measured.variable)
         kinds = {name.value: self._kind(name, kind, measured) for name, kind in motion.on}
         joints, tool = motion.joints, motion.tool
         tables = [
-            self._joint_table(name, _derivative_dimension(ANGLE, order), index)
+            self._joint_table(name, _derivative_dimension(position, order), index)
             for name, order in (
                 (joints.lowest, 0),
                 (joints.highest, 0),
@@ -175,7 +177,7 @@ class _MotionElaborator:
         lengths = [
             elaborate_quantity(text, dimension, self._diagnostics)
             for text, dimension in (
-                (motion.starts_within, ANGLE),
+                (motion.starts_within, position),
                 (motion.ends_within, LENGTH),
                 (motion.clearance, LENGTH),
                 (motion.link_clearance, LENGTH),
@@ -203,7 +205,8 @@ class _MotionElaborator:
         lowest, highest, *rates = (table for table in tables if table is not None)
         numbers = [single for single in singles if single is not None]
         start, end, clearance, link_clearance = (length for length in lengths if length is not None)
-        tracking = self._tracking(motion, index, start, min(clearance, link_clearance))
+        lever = LENGTH if position == ANGLE else LENGTH * position**-1
+        tracking = self._tracking(motion, (index, lever), start, min(clearance, link_clearance))
         return MotionPolicy(
             kinds=kinds,
             start_variable=motion.starts_at.value,
@@ -226,18 +229,34 @@ class _MotionElaborator:
             late_ticks=late_ticks,
             obstacles=obstacles,
             back_off=None if motion.back_off is None else motion.back_off.value,
+            is_mixed=position == JOINT,
         )
 
     def _tracking(
-        self, motion: declared.MotionPolicy, index: str | None, start: Fraction, clearance: Fraction
+        self,
+        motion: declared.MotionPolicy,
+        joints: tuple[str | None, Dimension],
+        start: Fraction,
+        clearance: Fraction,
     ) -> Tracking | None:
-        """Elaborate the bound on tracking, and check it and the start tolerance against the clearances."""
+        """Elaborate the bound on tracking, and check it and the start tolerance against the clearances.
+
+        Args:
+            motion: the declared section.
+            joints: the index set of the joints, and the dimension of their levers.
+            start: greatest distance of a motion's start from the measured joints.
+            clearance: the least of the site's clearances, m.
+
+        Returns:
+            The bound in SI; None after reporting a fault.
+        """
         declaration = motion.tracking
         measured = resolve_name(
             declaration.measured_by, self._vocabulary.state, "a state variable", self._diagnostics
         )
         within = elaborate_quantity(declaration.within, LENGTH, self._diagnostics)
-        levers = self._joint_table(declaration.levers, LENGTH, index)
+        index, lever = joints
+        levers = self._joint_table(declaration.levers, lever, index)
         if measured is not None and measured.variable.type != RealType(LENGTH):
             self._diagnostics.error(
                 "AE203",
@@ -292,8 +311,9 @@ class _MotionElaborator:
         self._parameter(motion.peak_speed, parameters, kind, RealType(_derivative_dimension(LENGTH, 1)))
         for coordinate in base or ():
             self._parameter(coordinate, parameters, kind, RealType(LENGTH))
+        position = RealType(_position_dimension(measured))
         for joint in ends or ():
-            self._parameter(joint, parameters, kind, RealType(ANGLE))
+            self._parameter(joint, parameters, kind, position)
         return MotionKind(
             None if motion.tool_ends_at is None else motion.tool_ends_at.value,
             None if base is None or len(base) != 2 else (base[0].value, base[1].value),
@@ -322,12 +342,19 @@ class _MotionElaborator:
                 "AE203", f"`{name.value}` is {found.variable.type}, not {type_}", name.span
             )
 
-    def _index(self, name: TextField, variable: t.Variable) -> str | None:
+    def _joints(self, name: TextField, variable: t.Variable) -> tuple[str | None, Dimension]:
+        """Return the index set and the dimension of the joints' positions, rad or jpos."""
         type_ = variable.type
-        if isinstance(type_, FamilyType) and type_.element == RealType(ANGLE):
-            return type_.index.name
-        self._diagnostics.error("AE203", f"`{name.value}` does not have one angle for each joint", name.span)
-        return None
+        for position in (ANGLE, JOINT):
+            if isinstance(type_, FamilyType) and type_.element == RealType(position):
+                return type_.index.name, position
+        self._diagnostics.error(
+            "AE203",
+            f"`{name.value}` does not have one position, in rad or jpos, for each joint",
+            name.span,
+            help=("use `unit: jpos` for an arm with a prismatic joint: rad of a revolute joint, m of it",),
+        )
+        return None, ANGLE
 
     def _joint_table(
         self, name: TextField, dimension: Dimension, index: str | None
@@ -368,6 +395,12 @@ class _MotionElaborator:
 def _derivative_dimension(dimension: Dimension, order: int) -> Dimension:
     """Return the dimension of a quantity's derivative of this order with respect to time."""
     return dimension * TIME**-order
+
+
+def _position_dimension(measured: Declared | None) -> Dimension:
+    """Return the dimension of the joints' positions: that which the state variable has, else an angle."""
+    type_ = None if measured is None else measured.variable.type
+    return JOINT if isinstance(type_, FamilyType) and type_.element == RealType(JOINT) else ANGLE
 
 
 def _joint_count(measured: Declared | None) -> int | None:

@@ -3,6 +3,10 @@
 Angle is a dimension of its own, so degrees and radians differ from bare numbers. The degree is irrational in
 radians; by definition, π is the 36-digit decimal below.
 
+The position of a joint is one, too, for arms whose joints do not all have the same: `jpos` stands for rad of
+a revolute joint and for m of a prismatic joint. A variable for all joints then has one dimension, which
+compares with neither an angle nor a length.
+
 Source of factors: BIPM, The International System of Units, 9th edition, tables 4 and 8; the bar, section 5.
 """
 
@@ -14,7 +18,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-BASES = ("m", "kg", "s", "rad", "K", "A")
+BASES = ("m", "kg", "s", "rad", "K", "A", "jpos")
 _PI = Fraction("3.14159265358979323846264338327950288")
 
 
@@ -26,17 +30,15 @@ class Dimension:
         exponents: exponents of `BASES`, in order; all 0 for a dimensionless number.
     """
 
-    exponents: tuple[int, int, int, int, int, int] = (0, 0, 0, 0, 0, 0)
+    exponents: tuple[int, ...] = (0,) * len(BASES)
 
     def __mul__(self, other: Dimension) -> Dimension:
         """The dimension of a product."""
-        m, kg, s, rad, k, a = (one + two for one, two in zip(self.exponents, other.exponents, strict=True))
-        return Dimension((m, kg, s, rad, k, a))
+        return Dimension(tuple([a + b for a, b in zip(self.exponents, other.exponents, strict=True)]))
 
     def __pow__(self, power: int) -> Dimension:
         """The dimension of an integer power."""
-        m, kg, s, rad, k, a = (one * power for one in self.exponents)
-        return Dimension((m, kg, s, rad, k, a))
+        return Dimension(tuple([one * power for one in self.exponents]))
 
     def __str__(self) -> str:
         """The dimension in SI units: `m/s`, `kg*m/s^2` is shown as `N`; `1` for a bare number."""
@@ -81,12 +83,9 @@ class Unit:
 
 
 NUMBER = Dimension()
-LENGTH = Dimension((1, 0, 0, 0, 0, 0))
-TIME = Dimension((0, 0, 1, 0, 0, 0))
-MASS = Dimension((0, 1, 0, 0, 0, 0))
-ANGLE = Dimension((0, 0, 0, 1, 0, 0))
-TEMPERATURE = Dimension((0, 0, 0, 0, 1, 0))
-CURRENT = Dimension((0, 0, 0, 0, 0, 1))
+LENGTH, MASS, TIME, ANGLE, TEMPERATURE, CURRENT, JOINT = (
+    Dimension(tuple([int(one == base) for one in BASES])) for base in BASES
+)
 FORCE = MASS * LENGTH * TIME**-2
 PRESSURE = FORCE * LENGTH**-2
 POWER = FORCE * LENGTH * TIME**-1
@@ -144,6 +143,7 @@ _ATOMS: dict[str, tuple[Fraction, Dimension]] = {
     "mrad": (Fraction(1, 1000), ANGLE),
     "deg": (_PI / 180, ANGLE),
     "rpm": (2 * _PI / 60, ANGLE * TIME**-1),
+    "jpos": (Fraction(1), JOINT),
 }
 _WITH_OFFSET: dict[str, Unit] = {
     name: Unit(name, Fraction(1), TEMPERATURE, offset=Fraction("273.15")) for name in ("°C", "degC")

@@ -101,7 +101,8 @@ class Tracking:
     Attributes:
         variable: state variable that measures the distance, m.
         bound: greatest distance, m.
-        levers: greatest distance of any link from the axis of each joint, m.
+        levers: greatest distance of any link from the axis of each joint, m; of a prismatic joint at least 1
+            m/m.
     """
 
     variable: str
@@ -208,6 +209,8 @@ class MotionPolicy:
         start_variable: state variable, a family, that measures the joints.
         start_tolerance: greatest distance of a motion's start from the measured joints.
         end_tolerance: greatest distance of a motion's end from the requested target.
+        is_mixed: True if positions of joints are in jpos, as some joints may be prismatic; False if all are
+            in rad.
         lowest: lowest position of each joint.
         highest: highest position of each joint.
         joint_limits: speeds, accelerations and jerks, one of each per joint.
@@ -245,3 +248,4 @@ class MotionPolicy:
     contact: ContactLimits | None = None
     late_ticks: LateTicks | None = None
     obstacles: ObstaclePolicy | None = None
+    is_mixed: bool = False

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from math import pi
 from random import Random
 
+from aeros.kinematic_chain import PRISMATIC
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
 from aeros.runtime.ports import Ball, JointPath, JointVector, RobotBody, Trajectory, Vec3
 
@@ -28,6 +30,16 @@ def body(chance: Random) -> RobotBody:
         for _ in range(2)
     )
     return RobotBody(rows, _triple(chance, 0.2), balls)
+
+
+def with_slides(robot: RobotBody, chance: Random) -> RobotBody:
+    """The robot with one to three of its joints prismatic."""
+    sliding = chance.sample(range(JOINTS), chance.randint(1, 3))
+    rows = tuple(
+        (a, alpha, d, chance.uniform(-pi, pi), PRISMATIC) if number in sliding else (a, alpha, d)
+        for number, (a, alpha, d, *_) in enumerate(robot.dh_rows)
+    )
+    return replace(robot, dh_rows=rows)
 
 
 def path(chance: Random, pieces: int = 3, stride: float = 0.2) -> JointPath:

@@ -26,6 +26,13 @@ class Column:
     span: SourceSpan
     unit: TextField = field(metadata={"doc": "the unit of `values`, as in `unit: rad/s`"})
     values: tuple[NumberField, ...] = field(metadata={"doc": "one number for each joint"})
+    prismatic_unit: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "the unit of the values of prismatic joints, as in `prismatic_unit: m/s`; required if the "
+            "chain has one"
+        },
+    )
     source: TextField | None = field(default=None, metadata={"doc": "the source of the numbers"})
 
 
@@ -43,6 +50,13 @@ class ChainRow:
     offset: NumberField = field(metadata={"doc": "d, m"})
     zero: NumberField | None = field(
         default=None, metadata={"doc": "theta at the joint's position 0, rad; 0 if it is left out"}
+    )
+    joint: Literal["revolute", "prismatic"] | None = field(
+        default=None,
+        metadata={
+            "doc": "`joint: prismatic` for a joint that slides along its z, so that its position adds to d; "
+            "if it is left out, the joint is revolute"
+        },
     )
 
 
@@ -123,7 +137,7 @@ class Postures:
     )
     search: tuple[tuple[NumberField, ...], ...] = field(
         default=(),
-        metadata={"doc": "differences from `ready`, rad, at which to search for further solutions"},
+        metadata={"doc": "differences from `ready`, rad or m, at which to search for further solutions"},
     )
 
 
@@ -139,8 +153,8 @@ class Servos:
     correction: Column = field(
         metadata={"doc": "greatest torque by which a servo corrects the modelled torque"}
     )
-    stiffness: Column = field(metadata={"doc": "gains on MuJoCo, in Nm/rad"})
-    damping: Column = field(metadata={"doc": "gains on MuJoCo, in Nm*s/rad"})
+    stiffness: Column = field(metadata={"doc": "gains on MuJoCo, in Nm/rad, of prismatic joints in N/m"})
+    damping: Column = field(metadata={"doc": "gains on MuJoCo, in Nm*s/rad, of prismatic joints in N*s/m"})
     felt_torque: Column = field(
         metadata={"doc": "external torques below which a joint is not known to feel a contact"}
     )
@@ -171,9 +185,15 @@ class Dynamics:
     """
 
     span: SourceSpan
-    armature: NumberField = field(metadata={"doc": "inertia of a motor at its joint, kg·m²"})
-    damping: NumberField = field(metadata={"doc": "viscous friction of a joint, N·m·s/rad"})
-    dry_friction: NumberField = field(metadata={"doc": "dry friction of a joint, N·m"})
+    armature: NumberField = field(
+        metadata={"doc": "inertia of a motor at its joint, kg·m²; of a prismatic joint kg"}
+    )
+    damping: NumberField = field(
+        metadata={"doc": "viscous friction of a joint, N·m·s/rad; of a prismatic joint N·s/m"}
+    )
+    dry_friction: NumberField = field(
+        metadata={"doc": "dry friction of a joint, N·m; of a prismatic joint N"}
+    )
     links: tuple[Link, ...] = field(metadata={"doc": "of each moving link, from the base outwards"})
     source: TextField | None = field(default=None, metadata={"doc": "the source of the numbers"})
 
@@ -222,7 +242,7 @@ class Robot:
     description: TextField = field(metadata={"doc": "the robot, for people"})
     licence: TextField = field(metadata={"doc": "licence and origin of the shapes and masses"})
     chain: Annotated[tuple[ChainRow, ...], LengthBounds(6, 12)] = field(
-        metadata={"doc": "the chain of revolute joints, from the base outwards"}
+        metadata={"doc": "the chain of joints, from the base outwards"}
     )
     limits: Limits = field(metadata={"doc": "the official limits of the joints"})
     tool: Tool = field(metadata={"doc": "the limits of the tool centre point"})

@@ -6,6 +6,7 @@ from math import cos, hypot, pi, sin
 
 import pytest
 
+from aeros.kinematic_chain import PRISMATIC
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics, chord_terms, norm
 from aeros.runtime.ports import RobotBody
 
@@ -52,9 +53,9 @@ TERMS = [(0.1, 0.0, 0.1, 0.005), (-0.2, 0.05, 0.25, 0.05625)]
 
 
 def test_the_terms_of_a_chord_hold_half_of_each_pair_of_joints() -> None:
-    found = chord_terms((0.1, -0.2), (0.0, 0.05))
+    found = chord_terms((0.1, -0.2), (0.0, 0.05), (False, False))
     assert [pytest.approx(row) for row in TERMS] == found
-    assert chord_terms((), ()) == []
+    assert chord_terms((), (), ()) == []
     w = [row[2] for row in found]
     assert sum(row[3] for row in found) == pytest.approx(sum(w) ** 2 / 2.0)
 
@@ -77,7 +78,7 @@ def test_near_a_chord_only_the_joints_that_move_a_point_count() -> None:
 def test_every_coordinate_of_a_chords_box_is_a_half_edge() -> None:
     # About y, a point at (0.3, 0, 0.4) moves by 0.4 along x and by -0.3 along z for each rad.
     tilted = ForwardKinematics(RobotBody(((0.0, -pi / 2, 0.0),), TIP, ()), (0.0,))
-    edges, near = tilted.chord_deviation_bound(1, (0.3, 7.0, 0.4), chord_terms((0.1,), (0.02,)))
+    edges, near = tilted.chord_deviation_bound(1, (0.3, 7.0, 0.4), chord_terms((0.1,), (0.02,), (False,)))
     assert edges == pytest.approx((0.04, 0.0, 0.03))
     assert near == pytest.approx(0.5 * 0.02 + 0.5 * 0.12 * 0.06)
 
@@ -95,7 +96,7 @@ def test_a_distance_does_not_depend_on_where_the_axis_points(turn: float) -> Non
     point = (0.3 * c - 7.0 * s, 0.3 * s + 7.0 * c, 0.4)
     _, reaches = chain.displacement_bound(2, point, (0.0, 0.0))
     assert reaches == pytest.approx([hypot(0.3, 7.0), 0.5])
-    edges, near = chain.chord_deviation_bound(2, point, chord_terms((0.0, 0.1), (0.0, 0.02)))
+    edges, near = chain.chord_deviation_bound(2, point, chord_terms((0.0, 0.1), (0.0, 0.02), (False, False)))
     assert edges == pytest.approx((abs(0.04 * c), abs(0.04 * s), 0.03))
     assert near == pytest.approx(0.5 * 0.02 + 0.5 * 0.12 * 0.06)
 
@@ -107,3 +108,29 @@ def test_the_distance_from_an_oblique_axis_is_what_pythagoras_leaves() -> None:
     along = sum(a * p for a, p in zip(axis, point, strict=True))
     _, reaches = chain.displacement_bound(2, point, (0.0, 0.0))
     assert reaches[1] == pytest.approx((norm(point) ** 2 - along**2) ** 0.5)
+
+
+SLIDING = RobotBody(((0.0, 0.0, 0.0), (0.5, -pi / 2, 0.0, 0.0, PRISMATIC), (0.5, pi / 2, 0.0)), TIP, ())
+"""Joint 1 turns about z, joint 2 slides along y at half a metre, joint 3 turns about z as far beyond."""
+
+
+def test_a_prismatic_joint_moves_a_point_by_its_own_way() -> None:
+    posture = ForwardKinematics(SLIDING, (0.0, 0.3, 0.0))
+    assert posture.frames[3].origin == pytest.approx((1.0, 0.3, 0.0))
+    total, reaches = posture.displacement_bound(3, (1.25, 0.3, 0.0), (0.1, 0.2, 0.4))
+    # Joint 3: 0.4 at 0.25 m. Joint 2: 0.2. Joint 1: 0.1 at the distance, and at both ways more.
+    assert reaches == pytest.approx([hypot(1.25, 0.3) + 0.1 + 0.2, 1.0, 0.25])
+    assert total == pytest.approx(0.1 + 0.2 + 0.1 * reaches[0])
+
+
+def test_a_prismatic_joint_is_no_inner_joint_of_a_pair() -> None:
+    found = chord_terms((0.1, 0.2, -0.3), (0.0, 0.0, 0.1), (False, True, False))
+    assert [row[3] for row in found] == pytest.approx([0.1 * 0.05, 0.2 * 0.1, 0.4 * (0.1 + 0.2)])
+
+
+def test_a_chord_of_a_prismatic_joint_alone_is_enclosed_exactly() -> None:
+    posture = ForwardKinematics(SLIDING, (0.0, 0.3, 0.0))
+    terms = chord_terms((0.0, 0.2, 0.0), (0.0, 0.05, 0.0), posture.slides)
+    edges, near = posture.chord_deviation_bound(3, (1.25, 0.3, 0.0), terms)
+    assert edges == pytest.approx((0.0, 0.2, 0.0))
+    assert near == pytest.approx(0.05)

@@ -87,7 +87,8 @@ ARM = FOLDING.hulls[0]
         (bodied(balls=(Ball("leg", 1, NOWHERE, 0.1),)), "the body has no link `arm`"),
         (bodied(balls=()), "the body has no link `arm`"),
         (motion(base_path=(0.0, 0.0)), "a point does not have three coordinates"),
-        (bodied(dh_rows=((0.0,) * 5,)), "a joint does not have three or four parameters"),
+        (bodied(dh_rows=((0.0,) * 6,)), "a joint does not have three to five parameters"),
+        (bodied(dh_rows=((0.0,) * 5,)), "the fifth parameter of a joint is not that of a prismatic one"),
         (motion(servo=servo(speed=())), "its feedback does not have 1 joints"),
         (bodied(hulls=()), "the body has no hull of its link `arm`, so distances between links are unknown"),
         (

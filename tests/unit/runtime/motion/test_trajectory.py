@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import pytest
 
+from aeros.kinematic_chain import PRISMATIC
 from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.motion.merged import ConcurrentMotion
 from aeros.runtime.motion.trajectory import MotionDecider
@@ -713,3 +714,51 @@ def test_a_held_object_that_may_touch_one_volume_keeps_clear_of_others() -> None
     policy = replace(CARRYING, kinds=kinds, barriers=(*CARRYING.barriers, other))
     assert carried(True, turn(0.0, 0.9, 4.0), policy) == [("AE763", "off-the-shelf")]
     assert carried(False, turn(0.0, 0.9, 4.0), policy) == []
+
+
+def reasons(plan: Any, policy: MotionPolicy, joint: float = 0.0) -> str:
+    """The texts of a denial, without regard to where the tool ends and how fast it is."""
+    allowed = Decision(DecisionKind.ALLOW, act("wave", speed=5.0), ())
+    kinds = {"wave": MotionKind(None, None, "speed")}
+    found = MotionDecider(replace(policy, kinds=kinds)).decide(
+        allowed, plan, {"joint_angle": Reading((joint,), 0.0)}
+    )
+    return "; ".join(one.text for one in found.reasons)
+
+
+CEILING = AxisAlignedBox((Fraction(-1), Fraction(-1), Fraction(1)), (Fraction(1), Fraction(1), Fraction(2)))
+SLIDING = replace(BODY, dh_rows=((0.0, 0.0, 0.0, 0.0, PRISMATIC),))
+MIXED = replace(POLICY, is_mixed=True)
+
+
+def test_a_prismatic_joint_is_refused_by_a_site_whose_joints_are_in_rad() -> None:
+    plan = motion(body=SLIDING)
+    assert decided(plan) == [("AE760", "move")]
+    assert reasons(plan, POLICY) == (
+        "the motion is malformed: joint 1 is prismatic, and the site has joint positions in rad, not in jpos"
+    )
+
+
+def test_a_prismatic_joint_needs_a_lever_of_one() -> None:
+    tracking = Tracking("error", Fraction(1, 100), (Fraction(1, 2),))
+    assert "the site's lever of it is below 1 m/jpos" in reasons(
+        motion(body=SLIDING), replace(MIXED, tracking=tracking)
+    )
+
+
+def test_limits_and_places_of_a_prismatic_joint_are_in_the_sites_unit() -> None:
+    # From z = 0.5 m up by 0.3 m in 2 s; peak speed 1.875 times the mean.
+    plan = motion(angle=0.3, body=SLIDING)
+    slow = replace(MIXED, joint_limits=((Fraction(1, 4),), (Fraction(5),), (Fraction(500),)))
+    assert reasons(plan, slow) == "the speed of joint 1 may reach 0.2813 jpos/s; the limit is 0.25 jpos/s"
+    narrow = replace(MIXED, highest=(Fraction(1, 4),))
+    assert "joint 1 may be from 0 to 0.3 jpos; its limits are -2 and 0.25 jpos" in reasons(plan, narrow)
+    assert "0.1 jpos from the measured position of a joint" in reasons(plan, MIXED, joint=-0.1)
+
+
+def test_a_prismatic_joint_meets_a_ceiling_only_if_it_rises_that_far() -> None:
+    low, high = motion(angle=0.3, body=SLIDING), motion(angle=0.6, body=SLIDING)
+    ceiling = Barrier("under-the-ceiling", "ceiling", CEILING, False, False, None, "it is glass")
+    policy = replace(MIXED, barriers=(ceiling,))
+    assert reasons(low, policy) == ""
+    assert "`arm` enters the volume `ceiling` by 160 mm" in reasons(high, policy)

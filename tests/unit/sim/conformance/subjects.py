@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import Final
 
 from aeros.runtime.bus.feed import BusFeed
@@ -13,6 +13,7 @@ from aeros.runtime.bus.listened_plant import ListenedPlant
 from aeros.runtime.ports import Plant
 from aeros.sim.conformance.suite import PlantUnderTest
 from aeros.sim.kinematic.plant import make_plant as make_kinematic
+from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import BASE_ACCELERATION_MAX
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import act
@@ -24,6 +25,7 @@ from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.hosting.hosted import Hosted
+from tests.unit.sim.robot.moving_bases import linear_axis, turning_base
 from tests.unit.sim.robot.panda import QDD_MAX
 
 REACH: Final = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
@@ -63,22 +65,22 @@ def _modules() -> dict[str, Ecm]:
     return {loaded.ecm.id: loaded.ecm}
 
 
-def _physics(scene: str) -> Callable[[], Plant]:
+def _physics(scene: str, robot: Callable[[], RobotModel | None] = lambda: None) -> Callable[[], Plant]:
     def make() -> Plant:
         # PyBullet is imported only where it is asked for.
         from aeros.sim.physics import make_plant
 
-        return make_plant(shipped_scene(scene), 0)
+        return make_plant(shipped_scene(scene), 0, robot=robot())
 
     return make
 
 
-def _mujoco(scene: str) -> Callable[[], Plant]:
+def _mujoco(scene: str, robot: Callable[[], RobotModel | None] = lambda: None) -> Callable[[], Plant]:
     def make() -> Plant:
         # MuJoCo is imported only where it is asked for.
         from aeros.sim.physics import make_mujoco_engine, make_plant
 
-        return make_plant(shipped_scene(scene), 0, engine=make_mujoco_engine())
+        return make_plant(shipped_scene(scene), 0, robot=robot(), engine=make_mujoco_engine())
 
     return make
 
@@ -129,6 +131,11 @@ SUBJECTS: Final = {
 
 SUBJECTS["symbolic, joint by joint"] = replace(SUBJECTS["symbolic"], motion_action=JOINTS)
 
+
+def _on_a_moving_base(robot: Callable[[], RobotModel]) -> Plant:
+    return make_kinematic(shipped_scene("bare"), 0, robot=robot())
+
+
 _MOTORS: Final = replace(
     KINEMATIC,
     make_plant=_physics("bare"),
@@ -138,6 +145,41 @@ _MOTORS: Final = replace(
     max_stop_time=0.17 + 0.25,
     noise=1e-3,
 )
+
+MOVING_BASES: Final = {"on a linear axis": linear_axis, "on a base that turns": turning_base}
+"""Arms on a base whose own joints, some of them prismatic, are part of the chain."""
+
+_BASES_MOVE: Final = {
+    "on a linear axis": act(
+        "move_joints", q1=0.3, q2=0.4, q3=0.3, q4=0.2, q5=-1.6, q6=0.2, q7=1.3, q8=0.2, speed=0.5
+    ),
+    "on a base that turns": act(
+        "move_joints",
+        q1=0.2,
+        q2=-0.15,
+        q3=0.5,
+        q4=0.3,
+        q5=0.3,
+        q6=0.2,
+        q7=-1.6,
+        q8=0.2,
+        q9=1.3,
+        q10=0.2,
+        speed=0.5,
+    ),
+}
+"""From where these arms begin, about a second; each joint moves."""
+
+for _name, _robot in MOVING_BASES.items():
+    SUBJECTS[f"kinematic {_name}"] = replace(
+        KINEMATIC,
+        make_plant=partial(_on_a_moving_base, _robot),
+        motion_action=_BASES_MOVE[_name],
+        deceleration=tuple(_robot().limits.acceleration.tolist()),
+        contact_actions=(),  # no slide with prismatic joints
+        # A metre per second over 0.9 of 4 m/s².
+        max_stop_time=0.3,
+    )
 
 PHYSICAL: Final = {
     "physics": _MOTORS,
@@ -153,11 +195,26 @@ PHYSICAL: Final = {
         parallel_actions=TOGETHER,
         look_action=act("look", camera="hand"),
     ),
+    **{
+        f"physics {name}": replace(
+            _MOTORS,
+            make_plant=_physics("bare", robot),
+            motion_action=_BASES_MOVE[name],
+            deceleration=tuple(robot().limits.acceleration.tolist()),
+            contact_actions=(),
+            max_stop_time=0.3 + 0.25,
+        )
+        for name, robot in MOVING_BASES.items()
+    },
 }
 
 ON_MUJOCO: Final = {
     name.replace("physics", "mujoco"): replace(
-        subject, make_plant=_mujoco("fetch" if name == "physics on its carriage" else "bare")
+        subject,
+        make_plant=_mujoco(
+            "fetch" if name == "physics on its carriage" else "bare",
+            MOVING_BASES.get(name.removeprefix("physics "), lambda: None),
+        ),
     )
     for name, subject in PHYSICAL.items()
 }

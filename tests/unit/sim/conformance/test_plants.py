@@ -26,14 +26,18 @@ _PRESSING_AS_ANOTHER = {"watched", "kinematic, joint by joint", "physics, joint 
 _AS_ANOTHER = {"watched", "physics, joint by joint"}
 """Subjects with the motions of `kinematic, joint by joint`, in another plant."""
 
+_NIGHTLY = {"kinematic on a base that turns", "physics on a linear axis", "physics on a base that turns"}
+"""Subjects whose every check is `deep`."""
+
 
 def _each_check_of(names: Iterable[str]) -> pytest.MarkDecorator:
-    """Pair every subject with every check; pairs that repeat another are `deep`."""
+    """Pair every subject with every check; pairs that repeat another, or take long, are `deep`."""
     pairs = []
     for name in names:
         for check in CHECKS:
             is_repeated = (
                 name in _AS_ANOTHER
+                or name in _NIGHTLY
                 or (name in _PRESSING_AS_ANOTHER and check.__name__ in _IN_CONTACT)
                 or (name == "hosted" and check is a_broken_rule_stops_contact_within_one_tick)
             )

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Final
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-from aeros.kinematic_chain import frames_of, mounting_of, zero_angle
+from aeros.kinematic_chain import frames_of, is_prismatic, mounting_of, zero_angle
 from aeros.sim.bullet.client import DATA, bullet
 from tools.fit_link_hulls import Points
 from tools.fit_robot import Joint, denavit_hartenberg, main, read_chain, ready_posture
@@ -54,6 +56,48 @@ def test_the_chain_is_that_of_the_urdf_in_any_posture(path: Path) -> None:
         pose: Points = np.eye(4)
         pose[:3, :] = np.array([frame.x, frame.y, frame.z, frame.origin]).T
         assert pose @ offset == pytest.approx(expected, abs=2e-5)
+
+
+_MASS: Final = """\
+<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>"""
+
+_MIXED: Final = """\
+<robot name="mixed">{links}
+<joint name="j1" type="prismatic"><parent link="l0"/><child link="l1"/><origin xyz="0.1 0.2 0.3"/>
+  <axis xyz="0 1 0"/><limit lower="-0.5" upper="0.5" effort="1" velocity="1"/></joint>
+<joint name="j2" type="revolute"><parent link="l1"/><child link="l2"/><origin xyz="0 0.1 0.4" rpy="0 0 0.3"/>
+  <axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+<joint name="j3" type="revolute"><parent link="l2"/><child link="l3"/><origin xyz="0.3 0 0" rpy="1.2 0 0"/>
+  <axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+<joint name="j4" type="prismatic"><parent link="l3"/><child link="l4"/><origin xyz="0.1 0.1 0" rpy="0.2 0.4
+  0"/> <axis xyz="0.6 0 0.8"/><limit lower="-0.3" upper="0.3" effort="1" velocity="1"/></joint>
+<joint name="j5" type="revolute"><parent link="l4"/><child link="l5"/><origin xyz="0 0.1 0.1"/>
+  <axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+</robot>
+"""
+
+
+def test_a_chain_with_prismatic_joints_is_that_of_the_urdf_in_any_posture(tmp_path: Path) -> None:
+    path = tmp_path / "mixed.urdf"
+    links = "".join(f'<link name="l{number}">{_MASS}</link>' for number in range(6))
+    path.write_text(_MIXED.format(links=links), encoding="utf-8")
+    _, joints = read_chain(read_urdf(path))
+    rows, offsets = denavit_hartenberg(joints)
+    assert [is_prismatic(row) for row in rows] == [True, False, False, True, False]
+    chance = np.random.default_rng(3)
+    lowest, highest = (np.array([getattr(one, end) for one in joints]) for end in ("lowest", "highest"))
+    for q in chance.uniform(lowest, highest, (20, 5)).tolist():
+        frames = frames_of([mounting_of(row) for row in rows], q)[1:]
+        for frame, offset, expected in zip(frames, offsets, _tips(path, joints, q), strict=True):
+            pose: Points = np.eye(4)
+            pose[:3, :] = np.array([frame.x, frame.y, frame.z, frame.origin]).T
+            assert pose @ offset == pytest.approx(expected, abs=1e-5)
+
+
+def test_a_prismatic_joint_without_limits_is_refused() -> None:
+    joint = '<joint name="j1" type="prismatic"><parent link="a"/><child link="b"/></joint>'
+    with pytest.raises(SystemExit, match="prismatic joint `j1` has no `<limit>`"):
+        read_chain(ElementTree.fromstring(f"<robot>{joint}</robot>"))  # noqa: S314  text of this test
 
 
 def test_a_joint_between_parallel_axes_gets_the_angle_at_its_position_zero() -> None:
@@ -165,7 +209,7 @@ def test_a_shape_without_its_numbers_is_refused(tmp_path: Path, shape: str) -> N
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ('<robot><link name="a"/><link name="b"/></robot>', "not one chain of revolute joints"),
+        ('<robot><link name="a"/><link name="b"/></robot>', "not one chain of revolute and prismatic joints"),
         ("<robot>", "no element found"),
         (None, "No such file"),
     ],

@@ -173,7 +173,8 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         ),
         (
             ("starts_at: joint_position", "starts_at: joint_velocity"),
-            "error[AE203] type-mismatch: `joint_velocity` does not have one angle for each joint",
+            "error[AE203] type-mismatch: `joint_velocity` does not have one position, in rad or jpos, for "
+            "each joint",
         ),
         (
             ("starts_at: joint_position", "starts_at: encoders"),

@@ -1,0 +1,79 @@
+"""Two arms on one body, one of which moves: the body of the moving arm, with the other where it stands.
+
+A branch of a tree of links that stands still is rigid: its hulls and balls move with the link that carries
+it. So the sweep keeps the links of both arms apart, and all of them off barriers, as it does for one chain.
+A joint of the arm that stands may be off its posture by a tolerance; each hull and each ball is enlarged by
+the way that this moves it (`ForwardKinematics.displacement_bound`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import NamedTuple
+
+from aeros.kinematic_chain import JointFrame
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
+from aeros.runtime.ports import Ball, Hull, JointVector, RobotBody, Vec3
+
+
+class StandingArm(NamedTuple):
+    """The place of an arm that stands, on the body of one that moves.
+
+    Attributes:
+        prefix: prefix of its links' names.
+        place: pose of its base in the frame of the joint that carries it, m.
+        joint: number of joints of the moving arm that carry it; 0 if both stand on one base.
+    """
+
+    prefix: str
+    place: JointFrame
+    joint: int = 0
+
+
+def with_standing_arm(
+    body: RobotBody, other: RobotBody, mount: StandingArm, posture: JointVector, tolerance: JointVector
+) -> RobotBody:
+    """Add an arm that stands to the body of one that moves.
+
+    Links of the arm that stands are compared with those of the moving arm, and with those that fewer joints
+    move than the link that carries it; not with that link, nor with each other.
+
+    Args:
+        body: the arm that moves.
+        other: the arm that stands.
+        mount: where it is mounted, and the prefix of its links' names.
+        posture: position of each of its joints, rad or m.
+        tolerance: greatest deviation of each joint from there while the other arm moves, rad or m.
+
+    Returns:
+        The moving chain with the balls and hulls of both arms.
+
+    Raises:
+        ValueError: a link of both arms has the same name, or `posture` or `tolerance` has not one number for
+            each joint of the arm that stands.
+    """
+    if len(tolerance) != len(other.dh_rows):
+        raise ValueError(f"{len(tolerance)} tolerances for {len(other.dh_rows)} joints")
+    standing = ForwardKinematics(other, posture)
+    names, other_names = (
+        {ball.link for ball in one.balls} | {hull.link for hull in one.hulls} for one in (body, other)
+    )
+    doubled = names & {f"{mount.prefix}{name}" for name in other_names}
+    if doubled:
+        raise ValueError(f"both arms have a link `{min(doubled)}`; choose another prefix")
+
+    def carried(joint: int, corners: Iterable[Vec3]) -> tuple[tuple[Vec3, ...], float]:
+        """Return points in the frame that carries the arm, and the most that the tolerance moves one."""
+        places = [standing.frames[joint].to_base(corner) for corner in corners]
+        moved = [standing.displacement_bound(joint, place, tolerance)[0] for place in places]
+        return tuple([mount.place.to_base(place) for place in places]), max(moved)
+
+    balls, hulls = [], []
+    for ball in other.balls:
+        (centre,), moved = carried(ball.joint, (ball.centre,))
+        balls.append(Ball(f"{mount.prefix}{ball.link}", mount.joint, centre, ball.radius + moved))
+    for hull in other.hulls:
+        corners, moved = carried(hull.joint, hull.corners)
+        hulls.append(Hull(f"{mount.prefix}{hull.link}", mount.joint, corners, hull.radius + moved))
+    return replace(body, balls=(*body.balls, *balls), hulls=(*body.hulls, *hulls))

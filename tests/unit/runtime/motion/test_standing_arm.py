@@ -1,0 +1,129 @@
+"""Two arms on one base: what the sweep says of the one that moves, against sampled postures of both."""
+
+from __future__ import annotations
+
+from random import Random
+
+import numpy as np
+import pytest
+
+from aeros.kinematic_chain import ORIGIN, JointFrame, frames_of, mounting_of
+from aeros.runtime.motion.bezier import Piece
+from aeros.runtime.motion.link_distance import find_link_contact, search_separation
+from aeros.runtime.motion.standing_arm import StandingArm, with_standing_arm
+from aeros.runtime.motion.swept_volume import BarrierBox, Enclosure, SweptMotion, find_breach
+from aeros.runtime.ports import Ball, Hull, JointVector, RobotBody, Vec3
+from tests.unit.sim.robot.panda import PANDA_BODY, Q_MAX, Q_MIN, READY_POSTURE
+
+BESIDE = StandingArm("left_", JointFrame((0.0, 0.45, 0.0), *ORIGIN[1:]))
+"""Both arms on one base, 45 cm apart."""
+
+READY: JointVector = tuple(READY_POSTURE.tolist())
+STILL = (0.0,) * 7
+CLEARANCE = 0.01
+
+
+def line(start: JointVector, end: JointVector) -> Piece:
+    a, b, c, d = (
+        tuple(x + third / 3.0 * (y - x) for x, y in zip(start, end, strict=True)) for third in range(4)
+    )
+    return a, b, c, d
+
+
+def swept(body: RobotBody, start: JointVector, end: JointVector) -> SweptMotion:
+    return SweptMotion(body, ([line(start, end)],), STILL, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True)
+
+
+def corners_at(body: RobotBody, q: JointVector, at: Vec3 = (0.0, 0.0, 0.0)) -> dict[str, list[Vec3]]:
+    frames = frames_of(map(mounting_of, body.dh_rows), q)
+    x, y, z = at
+    return {
+        hull.link: [(a + x, b + y, c + z) for a, b, c in map(frames[hull.joint].to_base, hull.corners)]
+        for hull in body.hulls
+    }
+
+
+def arms_are_apart(mine: dict[str, list[Vec3]], theirs: dict[str, list[Vec3]]) -> bool:
+    radii = {hull.link: hull.radius for hull in PANDA_BODY.hulls}
+    return all(
+        search_separation(
+            a, [Enclosure(p, (0.0, 0.0, 0.0), 0.0) for p in b], radii[one] + radii[other] + 1e-6
+        ).direction
+        is not None
+        for one, a in mine.items()
+        for other, b in theirs.items()
+        if one != "foot"
+    )
+
+
+def test_a_clear_motion_keeps_off_a_standing_arm_anywhere_within_its_tolerance() -> None:
+    chance = Random(4)  # noqa: S311 - nothing here is secret
+    tolerance = (0.02,) * 7
+    both = with_standing_arm(PANDA_BODY, PANDA_BODY, BESIDE, READY, tolerance)
+    seen = {"apart": 0, "not apart": 0}
+    for _ in range(12):
+        end = tuple(
+            min(max(q + chance.uniform(-0.7, 0.7), low + 0.05), high - 0.05)
+            for q, low, high in zip(READY, Q_MIN, Q_MAX, strict=True)
+        )
+        end = (chance.uniform(-0.3, 1.6), *end[1:])
+        contact = find_link_contact(swept(both, READY, end), CLEARANCE)
+        if contact is not None:
+            seen["not apart"] += any(name.startswith("left_") for name in (contact.inner, contact.outer))
+            continue
+        seen["apart"] += 1
+        for share in np.linspace(0.0, 1.0, 7).tolist():
+            q = tuple(x + share * (y - x) for x, y in zip(READY, end, strict=True))
+            other = tuple(x + chance.uniform(-0.02, 0.02) for x in READY)
+            assert arms_are_apart(corners_at(PANDA_BODY, q), corners_at(PANDA_BODY, other, (0.0, 0.45, 0.0)))
+    assert min(seen.values()) >= 2
+
+
+def test_an_arm_that_turns_into_the_other_is_found_and_alone_it_is_free() -> None:
+    reaching = (0.0, 0.6, 0.0, -1.6, 0.0, 2.2, 0.8)
+    turned = (1.6, *reaching[1:])
+    assert find_link_contact(swept(PANDA_BODY, reaching, turned), CLEARANCE) is None
+    both = with_standing_arm(PANDA_BODY, PANDA_BODY, BESIDE, READY, STILL)
+    contact = find_link_contact(swept(both, reaching, turned), CLEARANCE)
+    assert contact is not None
+    assert contact.inner.startswith("left_")
+
+
+ONE = RobotBody(
+    ((0.0, 0.0, 0.0),),
+    (0.5, 0.0, 0.0),
+    (Ball("arm", 1, (0.5, 0.0, 0.0), 0.1),),
+    (Hull("arm", 1, ((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), 0.1),),
+)
+"""A bar of half a metre that turns about z."""
+
+
+def test_the_tolerance_of_the_standing_arm_enlarges_it_by_as_much_as_it_may_move() -> None:
+    carried = StandingArm(
+        "left_", JointFrame((0.0, 0.0, 0.2), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), 1
+    )
+    both = with_standing_arm(ONE, ONE, carried, (0.0,), (0.1,))
+    _, ball = both.balls
+    assert (ball.link, ball.joint) == ("left_arm", 1)
+    assert ball.radius == pytest.approx(0.15)
+    assert ball.centre == pytest.approx((0.0, 0.5, 0.2))
+    assert both.hulls[1].radius == pytest.approx(0.15)
+    assert both.dh_rows == ONE.dh_rows
+
+
+def test_a_barrier_is_kept_off_by_the_standing_arm_too() -> None:
+    both = with_standing_arm(ONE, ONE, BESIDE, (0.0,), (0.0,))
+    wall = BarrierBox("wall", (0.4, 0.55, -1.0), (1.0, 1.0, 1.0), False, False, None)
+    breach = find_breach(swept(both, (0.0,), (-0.1,))._replace(joint_tolerance=(0.0,)), [wall], 0.0)
+    assert breach is not None
+    assert breach.link == "left_arm"
+
+
+@pytest.mark.parametrize(
+    ("prefix", "posture", "tolerance"), [("", (0.0,), (0.0,)), ("left_", (), (0.0,)), ("left_", (0.0,), ())]
+)
+def test_links_of_one_name_and_numbers_that_are_missing_are_refused(
+    prefix: str, posture: JointVector, tolerance: JointVector
+) -> None:
+    with pytest.raises(ValueError, match=r"both arms have a link `arm`|argument|tolerances for"):
+        with_standing_arm(ONE, ONE, StandingArm(prefix, ORIGIN), posture, tolerance)
