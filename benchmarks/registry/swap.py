@@ -33,6 +33,7 @@ from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.runtime.registry.stored_modules import policy_file
+from aeros.spec.model.configured import UNCONFIGURED
 from aeros.spec.text.discovery import reference_modules_path, reference_site_path
 from benchmarks.command import build_parser, print_json
 
@@ -85,11 +86,10 @@ def swap(registry: Registry, governor: RegistryGovernor, gate: CompiledGate, fol
         watch.measure("activate", lambda: registry.activate(name))
         registry.deactivate(name)
         registry.remove(name)
-        watch.measure("at once", lambda: registry.install_active(folder))
+        watch.measure("at once", lambda: registry.install(folder, active=UNCONFIGURED))
         watch.measure("gate", lambda: gate.with_configuration(governor.configuration()[1]))
-    parts = zip(watch.steps["at once"], watch.steps["gate"], strict=True)
-    clock, processor, waits = (one + other for one, other in parts)
-    watch.steps["swap"] = clock, processor, waits
+    change, following = watch.steps["at once"], watch.steps["gate"]
+    watch.steps["swap"] = change[0] + following[0], change[1] + following[1], change[2] + following[2]
     registry.deactivate(name)
     registry.remove(name)
     return watch

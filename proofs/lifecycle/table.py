@@ -96,10 +96,8 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
         try:
             if verb.value == "install":
                 one._find_waiting = lambda _: {}
-                if ask("at-once"):
-                    one.install_active(_FolderStub(), "settings" if ask("bound") else "")
-                else:
-                    one.install(_FolderStub())
+                active = None if not ask("at-once") else "settings" if ask("bound") else ""
+                one.install(_FolderStub(), active=active)
             elif verb.value == "configure":
                 one._find_waiting = lambda _: {"m": None} if ask("waits") else {}
                 one._change_state("m", verb, resets=ask("resets"))

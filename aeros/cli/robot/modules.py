@@ -204,7 +204,7 @@ def _activate(arguments: argparse.Namespace) -> Exit:
         return _lifecycle_command("activate")(arguments)
     registry = Registry(arguments.state)
     with module_source(arguments.install) as source:
-        one = registry.install_active(source, given)
+        one = registry.install(source, active=given)
     print_line(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
     print_settings(registry.settings(one.name))
     _print_blocks(registry, one)

@@ -27,6 +27,7 @@ from aeros.runtime.ports import Runtime
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.session.assembly import build_executor
+from aeros.spec.model.configured import UNCONFIGURED
 
 
 class HotSwapTrials:
@@ -46,7 +47,7 @@ class HotSwapTrials:
             if premises.paths.site is not None:
                 registry.set_policy(Path(premises.paths.site))
             first, second = (premises.configuration.modules[one.module] for one in routed)
-            registry.install_active(Path(first.folder))
+            registry.install(Path(first.folder), active=UNCONFIGURED)
             gate = CompiledGate(premises.configuration)
 
             def trial(seed: int) -> Findings:
@@ -68,7 +69,7 @@ class HotSwapTrials:
                             found = {"first": _succeeds(agent, str(routed[0]))}
                             found["refused_before"] = _is_rejected(agent, str(routed[1]))
                             swap_began = time.perf_counter()
-                            registry.install_active(Path(second.folder))
+                            registry.install(Path(second.folder), active=UNCONFIGURED)
                             found["swapped"] = second.id in runtime.active_modules()
                             swap_s = time.perf_counter() - swap_began
                             configuration = governing.configuration()[1]

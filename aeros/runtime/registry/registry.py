@@ -78,7 +78,12 @@ class Registry(InstalledModules):
         return self._transactions.committed_snapshot(live)
 
     def install(
-        self, source: Path, pinned: str | None = None, *, allows_downgrade: bool = False
+        self,
+        source: Path,
+        pinned: str | None = None,
+        *,
+        allows_downgrade: bool = False,
+        active: ModuleConfiguration | None = None,
     ) -> InstalledModule:
         """Install a module; if another version is installed, replace it and keep its state.
 
@@ -89,46 +94,17 @@ class Registry(InstalledModules):
             source: the module's folder.
             pinned: digest that its files must have; None to accept any.
             allows_downgrade: accept a version below the installed one.
+            active: settings with which the module is also configured and activated, in the same change; they
+                replace those of the same names. None to keep its state.
 
         Returns:
             The installed module.
 
         Raises:
-            UserError: the module cannot be read, proved or recorded, differs from `pinned`, is installed
-                with the same version and other contents, or in a newer version, or is active and would wait.
+            UserError: the module cannot be read, proved, recorded or activated, differs from `pinned`, is
+                installed with the same version and other contents, or in a newer version, or is active and
+                would wait. Nothing has changed.
         """
-        return self._install(source, pinned, None, allows_downgrade=allows_downgrade)
-
-    def install_active(
-        self,
-        source: Path,
-        settings: ModuleConfiguration = UNCONFIGURED,
-        pinned: str | None = None,
-        *,
-        allows_downgrade: bool = False,
-    ) -> InstalledModule:
-        """Install a module, configure it and activate it, all in one change.
-
-        If an active version is installed, replace it.
-
-        Args:
-            source: the module's folder.
-            settings: bindings and parameters; they replace those of the same names.
-            pinned: digest that its files must have; None to accept any.
-            allows_downgrade: accept a version below the installed one.
-
-        Returns:
-            The active module.
-
-        Raises:
-            UserError: the module cannot be installed, configured or activated; then nothing has changed.
-        """
-        return self._install(source, pinned, settings, allows_downgrade=allows_downgrade)
-
-    def _install(
-        self, source: Path, pinned: str | None, active: ModuleConfiguration | None, *, allows_downgrade: bool
-    ) -> InstalledModule:
-        """Install a module; if `active` is given, configure it so and activate it in the same change."""
         with self._transactions.change_lock() as old:
             files = module_files(source)
             digest = bundle_digest(files)

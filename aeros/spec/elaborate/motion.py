@@ -186,7 +186,7 @@ class _MotionElaborator:
         held = _elaborate_held(motion.held, self._vocabulary, self._diagnostics)
         base = None if motion.base is None else motion.base.measured_by
         if base is not None:
-            self._base_position(base)
+            _require_position(base, self._vocabulary, self._diagnostics)
         if motion.back_off is not None:
             self._back_off(motion.back_off)
         touch = motion.contact
@@ -384,12 +384,12 @@ class _MotionElaborator:
             self._diagnostics.error("AE204", f"`{name.value}` is in {found.type}, not {dimension}", name.span)
         return found.value
 
-    def _base_position(self, name: TextField) -> None:
-        measured = resolve_name(name, self._vocabulary.state, "a state variable", self._diagnostics)
-        if measured is not None and measured.variable.type != VectorType(LENGTH):
-            self._diagnostics.error(
-                "AE203", f"`{name.value}` is {measured.variable.type}, not a position", name.span
-            )
+
+def _require_position(name: TextField, vocabulary: SiteVocabulary, diagnostics: Diagnostics) -> None:
+    """Report a name that is no state variable, or whose variable is no position."""
+    measured = resolve_name(name, vocabulary.state, "a state variable", diagnostics)
+    if measured is not None and measured.variable.type != VectorType(LENGTH):
+        diagnostics.error("AE203", f"`{name.value}` is {measured.variable.type}, not a position", name.span)
 
 
 def _derivative_dimension(dimension: Dimension, order: int) -> Dimension:

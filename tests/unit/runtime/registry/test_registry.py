@@ -16,7 +16,7 @@ from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.configured import ModuleConfiguration
+from aeros.spec.model.configured import UNCONFIGURED, ModuleConfiguration
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 
@@ -79,7 +79,7 @@ def test_a_module_is_installed_and_activated_in_one_recorded_change(
 ) -> None:
     before = registry.snapshot()
     source = write()
-    one = registry.install_active(source)
+    one = registry.install(source, active=UNCONFIGURED)
     assert one.state is ModuleState.ACTIVE
     assert list(registry.configuration()[0].modules) == ["tidy"]
     assert registry.snapshot().generation == before.generation + 1
@@ -88,7 +88,7 @@ def test_a_module_is_installed_and_activated_in_one_recorded_change(
     assert changes[1:] == [f"install and activate tidy 1.0.0 sha256:{one.digest}"]
     registry.deactivate("tidy")
     assert registry.snapshot().withdrawn == {"tidy"}
-    registry.install_active(source)
+    registry.install(source, active=UNCONFIGURED)
     assert registry.snapshot().withdrawn == frozenset()
 
 
@@ -96,7 +96,7 @@ def test_a_module_that_cannot_be_activated_at_once_is_not_installed_either(
     registry: Registry, write: Author
 ) -> None:
     settings = ModuleConfiguration(bindings={"camera": "nowhere"})
-    assert refused(registry, lambda: registry.install_active(write(), settings))
+    assert refused(registry, lambda: registry.install(write(), active=settings))
     assert registry.snapshot().modules == {}
 
 

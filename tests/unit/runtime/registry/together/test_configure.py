@@ -13,7 +13,7 @@ from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.store import InstalledModule
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.configured import ModuleConfiguration
+from aeros.spec.model.configured import UNCONFIGURED, ModuleConfiguration
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 NEEDS = """\
@@ -65,14 +65,14 @@ def test_a_module_with_a_choice_is_activated_at_once_where_the_choice_is_given(
     registry: Registry, folder: Path
 ) -> None:
     with pytest.raises(UserError) as raised:
-        registry.install_active(folder)
+        registry.install(folder, active=UNCONFIGURED)
     assert raised.value.diagnostics[0].help[0] == "add `--bind surface=pillar`, or other choices"
     assert registry.snapshot().modules == {}
-    assert registry.install_active(folder, BENCH).state is ModuleState.ACTIVE
+    assert registry.install(folder, active=BENCH).state is ModuleState.ACTIVE
     assert changes(registry)[-1].endswith(" surface=bench_top")
-    assert registry.install_active(folder).state is ModuleState.ACTIVE  # its settings are kept
+    assert registry.install(folder, active=UNCONFIGURED).state is ModuleState.ACTIVE  # its settings are kept
     assert registry.configuration()[0].modules.keys() == {"tidy"}
-    assert refusal(registry.install_active, folder, BENCH) == ["AE960"]  # an active one cannot be configured
+    assert refusal(registry.install, folder, active=BENCH) == ["AE960"]  # an active one cannot be configured
 
 
 def test_a_module_with_a_choice_is_installed_and_waits_to_be_configured(
