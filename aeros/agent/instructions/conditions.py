@@ -76,6 +76,7 @@ def _declared(spoken: Words, entry: TaskPhrases, *, is_own: bool) -> FoundCondit
         subject = next((one for one in entry.objects if words[: len(one)] == one), ())
         rest = words[len(subject) :]
         shorter = {("it", *rest), ("they", *rest), rest[1:]} if subject and is_own else set()
+        shorter |= {(*one, *rest) for one in entry.objects} if subject else set()
         names_object = bool(subject) or any(words[-len(one) :] == one for one in entry.objects)
         if not names_object and not is_own and entry.objects:
             continue  # `if needed` is of the request that it stands with

@@ -31,6 +31,7 @@ class Coverage:
         values: values that the words state for the task's parameters.
         starts_with_object: True if an object is named before the first phrase that asks for the task.
         is_order: True if a number is written as in an order: `teas x2`.
+        says_here: True if the words end with `here`.
         says_to: True if `to` or the like is said.
         is_definite: True if there is an article.
         describes_place: True if a place may only say which object: `the can on the left`.
@@ -48,6 +49,7 @@ class Coverage:
     says_to: bool = False
     is_definite: bool = False
     is_order: bool = False
+    says_here: bool = False
 
     @property
     def routed(self) -> RoutedTask:
@@ -144,7 +146,7 @@ class Coverage:
             return True
         if is_light:
             return self.values.names_part or bool(self.values.numbers)
-        is_where_to = self.values.names_place and not self.describes_place
+        is_where_to = (self.values.names_place and not self.describes_place) or self.says_here
         return self.values.is_specific and is_where_to and (self.says_to or not self.is_definite)
 
     @property

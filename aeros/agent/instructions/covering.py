@@ -112,6 +112,7 @@ class _CoveredWords:
             not english.DIRECTIONS.isdisjoint(self._words),
             not english.DETERMINERS.isdisjoint(self._words),
             self._is_order,
+            self._words[-1:] == ("here",),
         )
 
     def _add_object(self, words: Words) -> None:
@@ -348,6 +349,8 @@ class _Cover(_CoveredWords):
             and (self._last is self._triggers or at + 1 == len(self._words))
         ):
             return 1
+        if word == "of" and self._last is self._triggers and bool(self._triggers):
+            return 1  # `delivery of the can`
         if word == "to" and self._last is self._entry.extras:
             # `use the brush to sweep it`
             return int(self._entry.longest(self._words, at + 1)[0] is self._entry.triggers)

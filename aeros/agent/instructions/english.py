@@ -71,6 +71,8 @@ REPETITIONS: Final = _words("repetitions")
 OPENERS: Final = _phrases("openers", "past_openers", "remarks")
 SENTENCE_OPENERS: Final = _phrases("sentence_openers")
 CLOSERS: Final = _phrases("closers", "remarks")
+DEADLINES: Final = _phrases("deadlines")
+IN_ANY_CASE: Final = _phrases("in_any_case")
 SEQUENCE: Final = _phrases("sequence")
 REVERSED: Final = _phrases("reversed")
 PROHIBITIONS: Final = _phrases("prohibitions")
@@ -129,9 +131,12 @@ GOAL_CHECKS: Final = _phrases("goal_checks")
 PUTTING_VERBS: Final = _words("putting_verbs")
 DIRECTIONS: Final = _words("directions")
 RECEIPTS: Final = _phrases("receipts")
+POINTINGS: Final = _phrases("pointings")
+RELATIVES: Final = _phrases("relatives")
 BEING: Final = _phrases("being")
 POSITIONS: Final = _words("positions")
 GRASP_VERBS: Final = _words("grasp_verbs")
+MOVING_VERBS: Final = _words("moving_verbs")
 NO_SLIPS: Final = _words("no_slips")
 TURNING_WORDS: Final = _words("turning_words")
 BODY: Final = frozenset(_DATA["classes"]["body"])
@@ -201,6 +206,18 @@ def is_gerund(word: str) -> bool:
         True if it is one, by its letters.
     """
     return word.endswith("ing") and any(letter in "aeiouy" for letter in word[:-3])
+
+
+def is_act_noun(word: str) -> bool:
+    """Say if a word is the noun of an act: `wiping`, `delivery`.
+
+    Args:
+        word: one normalized word.
+
+    Returns:
+        True if it is an -ing form, or one of the nouns that are none.
+    """
+    return is_gerund(word) or word in _NOMINALS
 
 
 def is_plural(word: str) -> bool:

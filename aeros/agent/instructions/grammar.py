@@ -54,9 +54,14 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
     """
     if len(normalized_words(instruction)) > MAX_WORDS:
         raise InstructionError(f"the instruction has more than {MAX_WORDS} words")
-    spoken = [one for one in spoken_sentences(instruction) if strip_closers(one[0])]
+    spoken = [one for one in spoken_sentences(instruction) if strip_ends(one[0])]
     spoken = list(with_labelled_values(spoken))
     spoken = [one for one in spoken if not _is_courtesy(one[0])] or spoken
+    spoken = [
+        _with_full_start(tokens, is_question=is_asked, is_last=at + 1 == len(spoken))
+        for at, (tokens, is_asked) in enumerate(spoken)
+    ]
+    spoken = [one for at, one in enumerate(spoken) if at == 0 or not _UNSTRESSED.issuperset(one[0])]
     # `Two teas, please. Go.`
     spoken = [one for at, one in enumerate(spoken) if at == 0 or strip_openers(one[0])]
     sentences: list[Sentence] = []
@@ -73,6 +78,28 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
     if not sentences:
         raise InstructionError("the instruction has no words")
     return tuple(sentences)
+
+
+def _with_full_start(tokens: Words, *, is_question: bool, is_last: bool) -> tuple[Words, bool]:
+    """Write the start of a sentence in full, and a question that only points at a thing as its topic.
+
+    `should the table be dirty, …` is `if the table is dirty, …`, `is possible …?` is `is it possible …?`, and
+    `see the can? bring it` is `the can! bring it`.
+    """
+    if tokens[:2] == ("is", "possible"):
+        return ("is", "it", *tokens[1:]), is_question
+    pointing = english.POINTINGS.starting(tokens) if is_question and not is_last else ()
+    if pointing and 1 < len(tokens) - len(pointing) <= _MAX_TOPIC:
+        return tokens[len(pointing) :], False
+    end = tokens.index(COMMA) if COMMA in tokens else 0
+    if tokens[:1] != ("should",) or not end or is_question:
+        return tokens, is_question
+    return ("if", *("is" if word == "be" else word for word in tokens[1:end]), *tokens[end:]), is_question
+
+
+_UNSTRESSED: Final = (english.FILLERS - {"here", "now", "task", "only", "still"}) | {"and", "but", COMMA}
+_MAX_TOPIC: Final = 4
+"""Limit on the words of a thing that a question points at."""
 
 
 def _is_prohibition(sentence: Sentence) -> bool:
@@ -103,6 +130,9 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     _require_no_hedge(tokens, is_question=is_question)
     link = english.SENTENCE_OPENERS.starting(tokens)
     link = () if len(english.LEADING.starting(tokens)) > len(link) else link
+    # `once you have done the teas, …`
+    is_of_thing = not english.DETERMINERS.isdisjoint(tokens[len(link) : len(link) + 1])
+    link = () if link[-1:] in _DONE and is_of_thing else link
     # At the very start, `later` is a time, and links nothing.
     tokens = tokens if is_first and link == _LATER else tokens[len(link) :]
     tokens, remarks = _without_remarks(tokens if is_question else with_subject(tokens))
@@ -114,10 +144,6 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     if reasons and not tokens:
         return tuple(reasons)
     tokens = tuple(COMMA if token == COLON else token for token in tokens)
-    if tokens[:1] == ("should",) and COMMA in tokens and not is_question:
-        # `should the table be dirty, …`
-        end = tokens.index(COMMA)
-        tokens = ("if", *("is" if word == "be" else word for word in tokens[1:end]), *tokens[end:])
     tokens, more = without_reasons(rephrased(_without_greeting(tokens)))
     reasons += more
     tokens, closers = strip_ends(tokens), tokens
@@ -150,7 +176,12 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     if len(segments) > 1 and segments[-1].mood is Mood.CONDITION and segments[-2].mood is Mood.REQUEST:
         # As in `clean it, but only if it is dirty`.
         segments[-1] = replace(segments[-1], link=Link.ADJUNCT)
-    is_cued = opener in _ORDER_OPENERS or not _ORDER_CUES.isdisjoint((*opener, *closers))
+    is_cued = (
+        opener in _ORDER_OPENERS
+        or (link == _NEXT and not is_first)
+        or not _ORDER_CUES.isdisjoint((*opener, *closers))
+    )
+    is_cued = is_cued or (_is_order(tokens) and _THANKS.isdisjoint(whole))  # `one tea for me and one for Ben`
     is_polite = any(word in _POLITE for word in whole) or _is_order(whole) or is_cued
     carried = carried_words(segments)
     return (*(replace(one, is_polite=is_polite, carried=carried) for one in segments), *reasons)
@@ -212,7 +243,7 @@ def _ends_statement(tokens: Words, at: int) -> bool:
         return True
     so = tokens[at] == "so"
     opener = english.OPENERS.starting(tokens, at + so)
-    is_asked = bool(_POLITE.intersection(opener)) or opener[:2] in _ASKED
+    is_asked = bool(_POLITE.intersection(opener)) or opener[:2] in _ASKED or (so and len(opener) > 1)
     return at > 1 and is_asked and is_statement(tokens[:at])
 
 
@@ -220,9 +251,13 @@ _ASKED: Final = (("can", "you"), ("could", "you"), ("would", "you"), ("will", "y
 
 
 def _without_greeting(tokens: Words) -> Words:
-    """Remove what asks for nothing before the first comma: `dear robot, …`."""
+    """Remove what asks for nothing before the first comma: `dear robot, …`, `before lunch, …`."""
     end = tokens.index(COMMA) if COMMA in tokens else 0
     rest = strip_openers(tokens[:end])
+    if tokens[:end] in english.GREETINGS:
+        return tokens[end + 1 :]
+    if rest[:1] in _TIMES and (rest in english.CLOSERS or rest in english.DEADLINES):
+        return tokens[end + 1 :]
     return tokens[end + 1 :] if end and not rest and not english.SENTENCE_TURNS.starting(tokens) else tokens
 
 
@@ -239,10 +274,13 @@ def _require_no_hedge(tokens: Words, *, is_question: bool) -> None:
         raise InstructionError(f"{quoted(hedge)} leaves open if {quoted(' '.join(tokens))} is wanted")
 
 
+_DONE: Final = (("done",), ("finished",))
+_TIMES: Final = (("before",), ("by",))
 _AFTERWARDS: Final = frozenset({f"{COMMA} after", f"{COMMA} after you"})
 _LATER: Final = ("later",)
+_NEXT: Final = ("next",)
 _THANKS: Final = frozenset({"thank", "thanks"})
-_ORDER_CUES: Final = frozenset({"asap", "immediately", "just", "now", "only", "quick", "time"})
+_ORDER_CUES: Final = frozenset({"asap", "immediately", "just", "mind", "now", "only", "quick", "time"})
 _ORDER_OPENERS: Final = (
     ("first",),
     ("firstly",),
@@ -345,6 +383,8 @@ def check_scopes(sentence: Sentence) -> Sentence:
     ends_last = conditions == [len(sentence) - 1] and link is Link.THEN
     # `clean it if it is dirty, then cook`: of the first request alone.
     ends_first = conditions == [1] and all(one.link is Link.THEN for one in sentence[2:])
+    # `clean it if it is dirty, and cook in any case`
+    ends_first |= conditions == [1] and all(english.IN_ANY_CASE.ending(one.closers) for one in sentence[2:])
     is_certain = leads_last or ends_last or (ends_first and sentence[1].link is Link.ADJUNCT)
     if len(conditions) > 1 or (conditions and requests > 1 and not is_certain):
         first = sentence[conditions[0]]

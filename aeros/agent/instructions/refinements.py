@@ -165,6 +165,22 @@ def require_no_other_one(before: Request, request: Request, segment: Segment) ->
         raise InstructionError(f"is {quoted(segment.text)} wanted beside that, or instead?")
 
 
+def require_no_other_number(request: Request, segment: Segment) -> None:
+    """Require that a request that says the same as the one before asks for no more of a kind.
+
+    Args:
+        request: the request.
+        segment: its words.
+
+    Raises:
+        InstructionError: it may, as in `make a tea for me, and make a tea for Ben`.
+    """
+    if not request.only_refers and counted_parameter(request.errand.routed.task) is not None:
+        raise InstructionError(
+            f"is {quoted(segment.text)} one more, or the same as before? say how many are wanted in all"
+        )
+
+
 _BEFORE_THINGS: Final = frozenset({"but", "except", "instead", "not", "rather", "without"})
 """First words of prohibitions that need no verb of their own."""
 

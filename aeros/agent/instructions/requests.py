@@ -52,6 +52,8 @@ def read_request(
     tasks: Sequence[TaskPhrases],
     before: Sequence[Errand],
     topic: TaskPhrases | None = None,
+    *,
+    may_elide: bool = False,
 ) -> Request:
     """Find the one task that covers a request, and the condition on which it is done.
 
@@ -61,6 +63,7 @@ def read_request(
         tasks: all tasks.
         before: requests that a pronoun may mean the object of, the last one first of all.
         topic: task whose object the condition of the request before names, and this one may mean by `it`.
+        may_elide: True if its object may be left out, as a statement before has named it.
 
     Returns:
         The request.
@@ -70,7 +73,7 @@ def read_request(
         InstructionError: it, or its condition, is not understood.
     """
     if condition is None:
-        return _read(segment, tasks, before)
+        return _read(segment, tasks, before, may_elide=may_elide)
     meanings = [(entry, found) for entry in tasks if (found := find_condition(condition, entry)) is not None]
     if not meanings and topic is not None and condition.words[:1] == ("it",):
         # `if the table is clean, make tea; if it is dirty, …`

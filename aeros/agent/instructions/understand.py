@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.alternatives import read_otherwise, read_unless, require_no_alternative
@@ -25,6 +26,7 @@ from aeros.agent.instructions.lexicon import TaskPhrases, task_phrases
 from aeros.agent.instructions.meaning import Errand, Spoken, Understanding, with_goal
 from aeros.agent.instructions.merging import merged_requests
 from aeros.agent.instructions.named_task import named_tasks
+from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.prohibitions import is_universal, prohibited_tasks, without_prohibited_parts
 from aeros.agent.instructions.reasons.plain_reasons import (
     is_topic,
@@ -37,6 +39,7 @@ from aeros.agent.instructions.refinements import (
     is_own_check,
     placed_things,
     refined_request,
+    require_no_other_number,
     require_no_other_one,
     require_own_place,
     with_shared_place,
@@ -176,6 +179,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
         reasons += own_reasons
         # A sentence that is only a reason, as in `The table is dirty. Clean it.`, leads the next one.
         context = _context(errands, [*leading, *own_reasons], tasks)
+        is_named = any(one.link is not Link.ADJUNCT for one in (*leading, *own_reasons)) and bool(context)
         leading = [] if sentence else own_reasons
         if sentence and sentence[0].is_otherwise:
             other = read_otherwise(sentence, first, tasks, context)
@@ -197,7 +201,9 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             if segment.mood is Mood.REQUEST:
                 refers = not english.PRONOUNS.isdisjoint(segment.words)
                 known = context or [_denied(one) for one in prohibited[-1:] if refers]
-                request = read_request(segment, condition, tasks, known, last and last[0].topic)
+                request = read_request(
+                    segment, condition, tasks, known, last and last[0].topic, may_elide=is_named
+                )
                 if last:
                     require_no_other_one(last[0], request, segment)
                 things = placed_things(errands, last[0], request, segment) if last else []
@@ -211,6 +217,8 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
                     errands[-1:] = [shared.errand, request.errand]
                 elif not errands or errands[-1] != request.errand:
                     errands.append(request.errand)
+                else:
+                    require_no_other_number(request, segment)
                 last = (refined or request, segment)
                 context.append(last[0].errand)
             elif is_universal(segment):
@@ -270,12 +278,26 @@ def _context(
     leading = [reason for reason in reasons if reason.link is not Link.ADJUNCT]
     if not leading:
         return [] if errands and errands[-1].is_otherwise else list(errands)
-    coverages = [cover(entry, leading[-1].words, knows_pronoun=False) for entry in tasks]
+    words = _without_left_verb(leading[-1].words)
+    coverages = [cover(entry, words, knows_pronoun=False) for entry in tasks]
     named = [one for one in coverages if one.objects and not one.values.fault]
     if len(named) > 1 and not are_of_one_object([one.routed for one in named]):
         return []
     # Of several tasks with the named object, the one that knows the part that is named.
     return [Errand(one.routed) for one in sorted(named, key=lambda one: len(one.values.stated))[-1:]]
+
+
+def _without_left_verb(words: Words) -> Words:
+    """Leave out the verb of `somebody left crumbs on the table`, which names no side."""
+    before = english.DETERMINERS | english.POSSESSIVES | english.POSITIONS | english.DIRECTIONS | {"s"}
+    return tuple(
+        word
+        for at, word in enumerate(words)
+        if word != "left" or at == 0 or words[at - 1] in before or words[at + 1 : at + 2] in _PLACE_NOUNS
+    )
+
+
+_PLACE_NOUNS: Final = tuple((word,) for word in english.PLACE_NOUNS)
 
 
 def _requests(sentence: Sentence) -> Iterator[tuple[Segment, Segment | None]]:

@@ -129,6 +129,8 @@ def is_statement(words: Words) -> bool:
         return False
     if english.PROHIBITIONS.starting(words) or english.WISHES.starting(words):
         return False
+    if english.WISH_ENDS.ending(words) and any(map(english.is_act_noun, words)):
+        return False  # `the wiping of the table is requested`
     if any(english.NEGATIVE_DUTIES.starting(words, at) for at in range(1, len(words))):
         return False
     if len(english.CAUSATIVES.starting(words)) > _SHORT_CAUSATIVE:
@@ -141,7 +143,7 @@ def is_statement(words: Words) -> bool:
         for at, word in enumerate(words)
         if at and not _is_can(words, at) and not (word == "to" and words[at - 1] in _BEFORE_TO)
     )
-    if first in _SPEAKERS and not (english.DESIRES - _FUTURE).isdisjoint(words[1:4]):
+    if first in _SPEAKERS and not (english.DESIRES - _FUTURE).isdisjoint(words[1:5]):
         return False
     is_request = len(english.OPENERS.starting(words)) > _SHORT_CAUSATIVE
     if is_request or english.COUNTED_WISHES.starting(words) or words[-1] == "to":
@@ -164,11 +166,20 @@ def is_statement(words: Words) -> bool:
         is_person = not english.PERSONS.isdisjoint(words[1:3])
         return not english.FINITE.isdisjoint(verbs) or (is_person and acts)
     return first not in english.QUESTIONS and (
-        (second in english.FINITE and (second != "s" or first in english.PERSONS))
+        (second in english.FINITE and (second != "s" or first in english.PERSONS or _is_contracted(words)))
         or (first in english.PERSONS and second in english.FINITE_OF_PERSONS)
     )
 
 
+def _is_contracted(words: Words) -> bool:
+    """Return True for the `is` of `lunch's nearly ready`; `the table's left half` is a part."""
+    is_adverb = words[2:3] and (words[2] in english.FILLERS | english.DEGREES or words[2].endswith("ly"))
+    return bool(is_adverb or words[2:3] in _STATES) and _WHICH_ONE.isdisjoint(words)
+
+
+_STATES: Final = tuple(
+    (word,) for word in ("almost", "free", "full", "late", "not", "on", "over", "ready", "soon")
+)
 _BEFORE_TO: Final = frozenset(
     {
         "about",

@@ -32,6 +32,9 @@ def segments_of(tokens: Words) -> Iterator[Segment]:
         end, next_link, next_joint = _end_segment(tokens, start, mood)
         whole = tokens[start:end]
         words = strip_closers(whole)
+        deadline = english.DEADLINES.ending(words) if mood is Mood.REQUEST else ()
+        if 0 < len(deadline) < len(words):
+            words = strip_closers(words[: -len(deadline)])
         is_replacement = before is Mood.PROHIBITION and words[-1:] == ("instead",)
         words = words[:-1] if is_replacement else words
         after = end + len(next_joint.split())
@@ -49,7 +52,9 @@ def segments_of(tokens: Words) -> Iterator[Segment]:
             words = words[:-1]  # `the can first and the block second`
         if words[-1:] == ("first",) and (link is Link.START or before is Mood.CONDITION):
             words, was_first = words[:-1], True
-        elif words[-1:] == ("first",) and (joint.endswith("but") or link is Link.AFTER):
+        elif words[-1:] == ("first",) and (
+            joint.endswith("but") or link is Link.AFTER or (joint == COMMA and english.is_gerund(words[0]))
+        ):
             words, link = words[:-1], Link.AFTER  # `…, having wiped the table first`
         before = mood
         openers = tokens[position:start] if mood is Mood.REQUEST else ()
@@ -102,7 +107,7 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
     while True:
         opener = english.OPENERS.starting(tokens, position)
         prohibition = english.PROHIBITIONS.starting(tokens, position)
-        if prohibition == ("drop",) and _says_where_to(tokens[position + 1 :]):
+        if prohibition[:1] == ("drop",) and _says_where_to(tokens[position + 1 :]):
             prohibition = ()  # `drop it on the left`
         if prohibition and len(prohibition) >= len(opener):
             start = position + len(prohibition)
@@ -112,7 +117,12 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
             while (opener := english.OPENERS.starting(tokens, start)) and opener != ("right",):
                 start += len(opener)
             return start, Mood.PROHIBITION, prohibition
-        is_side = opener == ("right",) and tokens[position + 1 : position + 2] != (COMMA,)
+        if opener == ("both",) and english.is_plural("".join(tokens[position + 1 : position + 2])):
+            opener = ()  # `both dumplings` says how many
+        causative = english.CAUSATIVES.starting(tokens, position)
+        if causative[-1:] == ("that",) and len(causative) > len(opener):
+            opener = ()  # `see to it that`
+        is_side = opener == ("right",) and tokens[position + 1 : position + 2] not in _AFTER_RIGHT
         if opener and opener != tokens[position:] and not is_side:
             position += len(opener)
             continue
@@ -131,8 +141,9 @@ _NOT_ALL: Final = (("just",), ("merely",), ("only",), ("simply",))
 
 
 def _says_where_to(rest: Words) -> bool:
-    """Return True for `it on the left`."""
-    return rest[:1] in (("it",), ("them",)) and bool(rest[1:2]) and rest[1] in _TO_PLACES
+    """Return True for `it on the left` and `the cup off at the right`."""
+    clause = rest[: rest.index(COMMA)] if COMMA in rest else rest
+    return rest[:1] == ("off",) or not _TO_PLACES.isdisjoint(clause)
 
 
 _TO_PLACES: Final = english.POSITIONS | english.DIRECTIONS
@@ -154,9 +165,11 @@ def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]
             return at, Link.JOINED, COMMA
         if at == start:
             continue
-        if tokens[at : at + 2] in (("before", "anything"), ("next", "to")):
+        if tokens[at : at + 2] in _NO_LINKS or tokens[at - 1 : at + 1] in _BY_THEN:
             continue  # `before anything else`, `next to the cup`
         if following := english.SEQUENCE.starting(tokens, at):
+            if following == ("and",) and _is_afterwards(tokens, at + 1):
+                return at, Link.THEN, "and after"
             return at, _link_of(following), " ".join(following)
         if mood is not Mood.CONDITION and (following := english.REVERSED.starting(tokens, at)):
             return at, Link.AFTER, " ".join(following)
@@ -175,6 +188,19 @@ def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]
     return len(tokens), Link.START, ""
 
 
+def _is_afterwards(tokens: Words, at: int) -> bool:
+    """Return True for the `after` of `wipe the table and after bring the can`, which is `afterwards`."""
+    word = "".join(tokens[at + 1 : at + 2])
+    is_verb = word in english.MOVING_VERBS or english.OPENERS.starting(tokens, at + 1) in _ASKED
+    return tokens[at : at + 1] == ("after",) and is_verb
+
+
+_ASKED: Final = (("please",), ("you", "can"), ("you", "must"), ("you", "should"))
+_AFTER_RIGHT: Final = tuple(
+    (word,) for word in (COMMA, "can", "could", "i", "let", "please", "so", "we", "would")
+)
+_NO_LINKS: Final = (("before", "anything"), ("before", "then"), ("next", "to"))
+_BY_THEN: Final = (("by", "then"), ("before", "then"))
 _AFTER_JUST: Final = ((), ("because",), ("for",), ("in",), ("now",), ("to",), ("yet",))
 
 
@@ -215,6 +241,7 @@ _OPEN: Final = frozenset(
     {
         "a",
         "an",
+        "before",
         "by",
         "for",
         "from",

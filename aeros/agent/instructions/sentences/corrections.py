@@ -26,6 +26,16 @@ _HESITATION: Final = re.compile(
 )
 """A hesitation between two pauses, after which a speaker may say another value."""
 
+_CORRECTED_WITHOUT_PAUSE: Final = re.compile(
+    r"(?i)(?<=[a-z0-9]) (?:er+|erm|u+h+|uhm|um+|hm+|ah|oh|oops|whoops) "
+    r"((?:(?:no|sorry|wait|actually|rather|i mean|i meant|scratch that) ?)+)(?<= )"
+    r"(?!(?:and|at|for|here|in|on|outside|there|till|until|while)\b)(?=[a-z0-9])"
+)
+"""A hesitation before a correction, in a transcript without pauses."""
+
+_NO_THE: Final = re.compile(r"(?i)(?<=[a-z0-9]),? (?:no|nope|sorry) (?=(?:the|that|this|my) )")
+"""`no` before an article, which is no determiner there: it corrects, as in `bring the block no the can`."""
+
 _MAX_WORDS: Final = 24
 """Limit on the words of a sentence that is corrected: all parts of it are tried."""
 
@@ -75,6 +85,8 @@ def without_corrections(
         InstructionError: the instruction holds a number with a sign, a fraction or the like.
     """
     notes: tuple[str, ...] = ()
+    instruction = _CORRECTED_WITHOUT_PAUSE.sub(lambda match: f", {match[1].strip()}, ", instruction)
+    instruction = _NO_THE.sub(", no, ", instruction)
     if _HESITATION.search(instruction):
         hesitant = _HESITATION.sub(", no, ", instruction)
         correction = _find(hesitant)
@@ -132,7 +144,7 @@ def _end_at(tokens: Words, at: int) -> int:
         return _end_of_correction(tokens, at + (tokens[at] == COMMA))
     # In a transcript without pauses, only phrases of several words are certain.
     marker = english.CORRECTIONS.starting(tokens, at)
-    return _end_of_correction(tokens, at) if len(marker) > 1 else 0
+    return _end_of_correction(tokens, at) if len(marker) > 1 and tokens[at - 1] != "or" else 0
 
 
 def _ends(tokens: Words, at: int) -> bool:

@@ -12,13 +12,22 @@ from typing import Final
 from aeros.spec.diagnostics.words import normalized_words
 
 _FOR: Final = re.compile(
-    r"(?<=\bfor )([A-Z][a-z]+)((?: and [A-Z][a-z]+)?)(?=[,.;!?]|$| (?:please|now|too)\b)"
+    r"(?<=\bfor )([A-Z][a-z]+)((?: and [A-Z][a-z]+)?)"
+    r"(?=[,.;!?]|$| (?:please|now|too|and (?:one|a|another))\b)"
 )
 _GREETED: Final = re.compile(
     r"(?<![^\s.!?,])((?:[Hh]ey|[Hh]i|[Hh]ello|[Oo]kay|[Oo]k|OK|[Dd]ear) )([A-Z][a-z]+)(?=[,!.])"
 )
 _CALLED: Final = re.compile(r", ([A-Z][a-z]+)(?=\?)")
+_TITLED: Final = re.compile(
+    r"\b(?:[Mm]r|[Mm]rs|[Mm]s|[Mm]iss|[Dd]r|[Pp]rof|[Pp]rofessor|[Dd]octor|[Ss]ister)\.? ([A-Z][a-z]+)"
+)
 _OWNER: Final = re.compile(r"(?<=[a-z] )([A-Z][a-z]+)['\u2019]s(?= [a-z])")
+_SIGNED: Final = re.compile(
+    r"(?<=[.!?,\n] )((?:[Kk]ind|[Bb]est|[Ww]arm|[Mm]any|[Ww]ith (?:kind|best|many)|[Yy]ours|)\s?"
+    r"(?:[Rr]egards|[Ww]ishes|[Tt]hanks|[Tt]hank you|[Cc]heers|sincerely|truly|[Bb]est)),?"
+    r"\s+([A-Z][a-z]+)[.!]?\s*$"
+)
 _NO_NAMES: Final = frozenset(
     {
         *(
@@ -81,8 +90,10 @@ def without_names(instruction: str, is_known: Callable[[str], bool]) -> tuple[st
         account.update(dict.fromkeys(names))
         return "them" if len(names) > 1 else "her"
 
-    text = _FOR.sub(for_each, instruction)
+    text = _TITLED.sub(lambda match: replaced(match, match[1], match[1]), instruction)
+    text = _FOR.sub(for_each, text)
     text = _GREETED.sub(lambda match: replaced(match, match[2], f"{match[1]}robot"), text)
+    text = _SIGNED.sub(lambda match: replaced(match, match[2], match[1]), text)
     text = _CALLED.sub(lambda match: replaced(match, match[1], ""), text)
     text = _OWNER.sub(lambda match: replaced(match, match[1], "my"), text)
     return text, tuple(f"read `{name}` as the name of a person" for name in account)

@@ -7,6 +7,9 @@ from typing import Final
 from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.segments import COMMA
+from aeros.agent.instructions.sentences.clauses import strip_closers, strip_openers
+from aeros.agent.instructions.sentences.relatives import without_relatives
+from aeros.agent.instructions.sentences.shares import without_shares
 
 _TIMES: Final = frozenset({"once", "after", "when"})
 _SPEAKERS: Final = (("i",), ("we",), ("you",), ("they",))
@@ -18,12 +21,12 @@ _PLACED: Final = frozenset(
 """Words that say where something is to be left."""
 
 _WANTED: Final = frozenset({"needed", "required", "necessary", "wanted"})
-_BE: Final = frozenset({"is", "are", "has", "have"})
+_BE: Final = frozenset({"is", "s", "are", "has", "have"})
 _PERFECT: Final[Words] = ("once", "you", "have")
 
 
 def with_subject(tokens: Words) -> Words:
-    """Write `clean the table, is very dirty` as `clean the table, it is very dirty`.
+    """Write `clean the table, is very dirty` as `…, it is very dirty`, and `must clean it` as `you must …`.
 
     Args:
         tokens: words and commas of a sentence that is no question.
@@ -31,8 +34,13 @@ def with_subject(tokens: Words) -> Words:
     Returns:
         The sentence, with the subject that was left out.
     """
-    for at in range(1, len(tokens) - 2):
-        if tokens[at] == COMMA and tokens[at + 1] == "is" and tokens[at + 2] not in _AFTER_VERB:
+    for at in range(-1, len(tokens) - 2):
+        starts = at < 0 or tokens[at] == COMMA
+        if at < 0 and tokens[:2] == ("would", "be"):
+            return ("it", *tokens)
+        if starts and tokens[at + 1] == "must" and tokens[at + 2] not in _AFTER_VERB:
+            return (*tokens[: at + 1], "you", *tokens[at + 1 :])
+        if at > 0 and starts and tokens[at + 1] == "is" and tokens[at + 2] not in _AFTER_VERB:
             return (*tokens[: at + 1], "it", *tokens[at + 1 :])
     return tokens
 
@@ -47,7 +55,7 @@ def rephrased(tokens: Words) -> Words:
         The sentence, without `both`; with `once you have` before an act that is to be over, and
         with `do not` before one that is prohibited.
     """
-    tokens = _with_plain_extents(tokens)
+    tokens = _with_put(without_relatives(_with_plain_wish(without_shares(_with_plain_extents(tokens)))))
     tokens = _with_duty_of_each(_without_preparation(_without_both(_with_speaker(tokens))))
     return _with_prohibitions(_with_perfect(_without_all(tokens)))
 
@@ -55,18 +63,25 @@ def rephrased(tokens: Words) -> Words:
 def _with_plain_extents(tokens: Words) -> Words:
     """Write `nothing but it`, `both halves of it` and `right in the` as `only it`, `all of it`, `in the`."""
     for at in range(1, len(tokens) - 1):
+        if tokens[at] == "first" and tokens[at + 1] == "the" and tokens[at - 1] in english.MOVING_VERBS:
+            return (*tokens[:at], *tokens[at + 1 :])  # `bring first the can, then …`
         if tokens[at : at + 2] == ("nothing", "but"):
             return (*tokens[:at], "only", *tokens[at + 2 :])
         if tokens[at] == "right" and tokens[at + 1 : at + 3] in _RIGHT_AT and tokens[at - 1] not in _ARTICLES:
             return (*tokens[:at], *tokens[at + 1 :])
+        number = tokens[at + 2 : at + 3] if tokens[at] == "but" and tokens[at + 1] in _ONLY else ()
+        if number and english.number_of(number[0]) is not None and tokens[at + 3 : at + 4] in ((), (COMMA,)):
+            return (*tokens[:at], *tokens[at + 2 :])  # `make teas, but only one`
         if tokens[at : at + 3] == ("both", "halves", "of"):
             return (*tokens[:at], "all", *tokens[at + 2 :])
     return tokens
 
 
 _ARTICLES: Final = english.DETERMINERS | english.POSSESSIVES
+_TO_PLACES: Final = english.POSITIONS | english.DIRECTIONS
 _AFTER_VERB: Final = _ARTICLES | english.PRONOUNS | {"there", "anybody", "anyone", "not", "no"}
 """Words behind `is` in a question; after others the subject was left out."""
+_ONLY: Final = frozenset({"just", "only"})
 _RIGHT_AT: Final = frozenset((word, "the") for word in ("at", "in", "into", "on", "onto"))
 
 
@@ -76,7 +91,13 @@ def _with_speaker(tokens: Words) -> Words:
 
 
 def _without_both(tokens: Words) -> Words:
-    """Leave out `both` before two things: `bring both the can and the block`."""
+    """Leave out `both` before two things, and write it as `them` where it is a pronoun: `put both down`."""
+    for at, word in enumerate(tokens):
+        following = tokens[at + 1 : at + 2]
+        is_last = following in ((), (COMMA,)) or not _TO_PLACES.isdisjoint(following)
+        is_object = at > 0 and tokens[at - 1] not in _ARTICLES | english.PRONOUNS | {COMMA, "and"}
+        if word == "both" and is_object and is_last and "and" not in tokens[at:]:
+            return (*tokens[:at], "them", *tokens[at + 1 :])
     for at, word in enumerate(tokens[:-1]):
         if word == "both" and tokens[at + 1] in english.DETERMINERS and "and" in tokens[at:]:
             return tokens[:at] + tokens[at + 1 :]
@@ -84,6 +105,32 @@ def _without_both(tokens: Words) -> Words:
         end = at + (3 if tokens[at + 1 : at + 3] == ("of", "them") else 1)
         if word == "both" and tokens[end : end + 1] == (COMMA,) and "and" in tokens[end:]:
             return tokens[:at] + tokens[end + 1 :]
+    return tokens
+
+
+def _with_plain_wish(tokens: Words) -> Words:
+    """Write `it is the can that I want` as `I want the can`."""
+    wish = next((tokens[at:] for at in range(3, len(tokens)) if tokens[at:] in english.RELATIVES), ())
+    is_cleft = bool(wish) and tokens[0] == "it" and tokens[1] in _BE and COMMA not in tokens
+    if not is_cleft or wish[-1] not in _WISHED:
+        return tokens
+    return ("i", "want", *tokens[2 : len(tokens) - len(wish)])
+
+
+_WISHED: Final = frozenset({"want", "need", "like", "for"})
+
+
+def _with_put(tokens: Words) -> Words:
+    """Write `take the can and leave it on the left` as `take the can and put it on the left`.
+
+    Only after an act that moves it: `the can is fine, leave it on the left` asks for nothing.
+    """
+    is_moved = english.MOVING_VERBS.issuperset(strip_openers(tokens)[:1])
+    for at in range(2, len(tokens) - 3 if is_moved else 0):
+        link = english.SEQUENCE.ending(tokens[:at])
+        is_placed = tokens[at + 1 : at + 2] in _PRONOUNS and tokens[at + 2] in english.POSITIONS
+        if tokens[at] == "leave" and link and is_placed:
+            return (*tokens[:at], "put", *tokens[at + 1 :])
     return tokens
 
 
@@ -168,6 +215,9 @@ def _finished_act(clause: Words, *, is_state: bool) -> Words:
         return rest if is_act and not (rest[:1] and rest[0] in english.PRONOUNS) else ()
     if clause[:1] and clause[0] in _DONE and clause[1:2] == ("with",):
         return clause[2:]
+    has_done = clause[:2] in (("you", "have"), ("you", "ve")) and clause[2:3] and clause[2] in _DONE
+    if has_done and not is_state and clause[3:4] and clause[3] in english.DETERMINERS:
+        return ("done", *clause[3:])  # `once you have finished the teas`
     for at in range(1, len(clause) - 1):
         if clause[at] in _BE:
             last = clause[-1]
@@ -206,7 +256,7 @@ def _prohibition(clause: Words) -> Words:
     opener: Words = ()
     while found := english.OPENERS.starting(clause, len(opener)):
         opener += found
-    rest = clause[len(opener) :]
+    rest = strip_closers(clause[len(opener) :])
     end = english.LEFT_ALONE.ending(rest) if rest[:1] in (("leave",), ("let",), ("keep",)) else ()
     if not end and rest[:1] == ("leave",) and not _PLACED.intersection(rest):
         return ("without", *rest[1:])  # `leave the left half`

@@ -10,7 +10,7 @@ from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.segments import COLON, COMMA
-from aeros.agent.instructions.sentences.clauses import strip_ends
+from aeros.agent.instructions.sentences.clauses import strip_ends, strip_openers
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
 
@@ -47,7 +47,7 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
         raise InstructionError(f"the number {quoted(signed.group())} is not understood")
     if written := _WRITTEN.search(instruction):
         raise InstructionError(f"the sign {quoted(written.group())} is not understood; use words alone")
-    rest = _LIST_NUMBER.sub("\n", _TIMES.sub(r"x\1", instruction))
+    rest = _LIST_NUMBER.sub("\n", _TIMES.sub(r"x\1", instruction.replace(" + ", " and ")))
     if _STARTS_LIST.search(instruction):
         rest = _INLINE_NUMBER.sub("\n", rest)
     position = 0
@@ -60,16 +60,20 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
         goes_on = False
         for number, part in enumerate(parts, 1):
             spoken = english.respelt(normalized_words(part))
-            words = tuple(word for word in spoken if word not in english.HESITATIONS)
+            words = _without_like(tuple(word for word in spoken if word not in english.HESITATIONS))
             is_between = tokens and tokens[-1] != COLON and number < len(parts)
             if is_between and words in english.ASIDES:
+                continue
+            if is_between and tokens[-1] in _GOES_ON and words in english.CLOSERS:
+                goes_on = True  # `could you, when you have time, make a tea`
                 continue
             if words:
                 has_pause = tokens and tokens[-1] != COLON and not _ends_in_link(tokens) and not goes_on
                 tokens += [*([COMMA] if has_pause else []), *words]
             # `could you, um, make a tea`
             goes_on = bool(tokens and spoken) and not words and tokens[-1] in _GOES_ON
-        is_label = strip_ends(tuple(tokens)) in english.LABELS
+        label = strip_ends(tuple(tokens))
+        is_label = label in english.LABELS or (bool(label) and strip_openers(label) in ((), *_FOLLOWING))
         if end and end.group().strip() == COLON and is_label:
             tokens = tokens if tuple(tokens) in _ORDINALS else []
             continue
@@ -81,12 +85,47 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
             tokens = []
 
 
+def _without_like(words: Words) -> Words:
+    """Leave out the `like` of `so like can you wipe it` and `I need it like now`, which says nothing."""
+    return tuple(
+        word
+        for at, word in enumerate(words)
+        if word != "like" or words[at + 1 : at + 2] not in _AFTER_LIKE or words[at - 1 : at] in _BEFORE_LIKE
+    )
+
+
+_AFTER_LIKE: Final = tuple(
+    (word,) for word in ("can", "could", "just", "now", "please", "really", "right", "two", "would")
+)
+_BEFORE_LIKE: Final = tuple(
+    (word,)
+    for word in (
+        "and",
+        "d",
+        "i",
+        "is",
+        "it",
+        "look",
+        "looks",
+        "not",
+        "or",
+        "something",
+        "sounds",
+        "that",
+        "they",
+        "to",
+        "we",
+        "would",
+        "you",
+    )
+)
 _GOES_ON: Final = frozenset(
     {"and", "can", "could", "me", "please", "the", "then", "to", "us", "will", "would", "you"}
 )
 """Words that a sentence does not end with: a hesitation behind one is no pause."""
 
-_ORDINALS: Final = (("first",), ("second",), ("third",), ("fourth",))
+_FOLLOWING: Final = (("following",), ("this",), ("these",))
+_ORDINALS: Final = (("first",), ("second",), ("third",), ("fourth",), ("next",))
 """Labels that are kept: a thing behind one is asked for, as in `first: a tea.`."""
 
 

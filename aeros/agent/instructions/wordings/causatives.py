@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from aeros.agent.instructions import english
+from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.wordings.wording import WANT, Wording, without_each
 
 _OF_STATES: Final = frozenset({"let", "make", "see"})
@@ -35,11 +36,13 @@ def causatives(wording: Wording) -> Iterator[Wording]:
             yield wording.with_object_first(linked)
         if causative[-1] == "if" and linked != rest:
             yield wording.with_words((*WANT, *linked))  # `it would be nice if the can were on the left`
+        if linked != rest:
+            yield from _placed(wording, linked)
     for act in without_each(rest, english.RECEIPTS):
         # `see that the table gets a wipe`
         yield wording.with_object_first(act)
     adjective = next((word for word in rest if word not in english.DETERMINERS), "")
-    if causative[0] in ("i", "we") and adjective in english.ADJECTIVES:
+    if causative[0] in ("i", "we", "ensure") and adjective in english.ADJECTIVES:
         # `i want a clean table`
         yield wording.with_words(rest)
 
@@ -58,10 +61,17 @@ def duties(wording: Wording) -> Iterator[Wording]:
     words = wording.words
     for at in range(1, len(words)):
         if move := english.MOVES.starting(words, at):
-            # `the can needs to go on the left side` is `the can to the left side`
             rest = words[at + len(move) :]
-            rest = ("to", *rest[1:]) if rest[:1] and rest[0] in english.POSITIONS else rest
-            yield wording.with_words((*words[:at], *rest))
+            if move[-1] != "be":
+                yield wording.with_words((*words[:at], *rest))
+            yield from _placed(wording, (*words[:at], *rest))
+
+
+def _placed(wording: Wording, words: Words) -> Iterator[Wording]:
+    """Read `the can on the left side`, of a state that is wanted, as `the can to the left side`."""
+    place = next((at for at, word in enumerate(words) if word in english.POSITIONS), 0)
+    if place:
+        yield wording.with_words((*words[:place], "to", *words[place + 1 :]))
 
 
 def passives(wording: Wording) -> Iterator[Wording]:

@@ -46,7 +46,9 @@ def wordings(
     pending = [Wording(words, is_perfect=is_perfect)]
     if is_polite:
         pending.append(Wording(WANT + words))  # `two teas, please`
-    pending += [Wording(one + words) for one in carried]
+    # `see that the table is wiped and that a tea is made`
+    rest = words[1:] if words[:1] == ("that",) else words
+    pending += [Wording(one + rest) for one in carried]
     seen = set(pending)
     at = 0
     while at < len(pending):

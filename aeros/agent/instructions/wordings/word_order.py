@@ -25,7 +25,11 @@ def particles(wording: Wording) -> Iterator[Wording]:
     for at in range(2, len(words)):
         # `put it right over` says how, and no side; `put it on the right over` may.
         says_how = words[at - 1] in _SIDES and words[at - 2] not in english.DETERMINERS | english.POSITIONS
-        if words[at] in english.PARTICLES and words[at - 2 : at] != ("right", "side") and not says_how:
+        if (
+            (words[at] in english.PARTICLES or words[at] == "ready")
+            and words[at - 2 : at] != ("right", "side")
+            and not says_how
+        ):
             yield wording.with_words((words[0], words[at], *words[1:at], *words[at + 1 :]))
         elif words[at] == "for" and at + 1 < len(words):
             yield wording.with_words((words[0], *words[at:], *words[1:at]))  # `lay for six the table`

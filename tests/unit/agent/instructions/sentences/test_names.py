@@ -21,6 +21,9 @@ KNOWN = frozenset({"robot", "table", "me", "guests"})
         ("Make a dumpling for Friday.", "Make a dumpling for Friday."),
         ("Make a dumpling for Guests.", "Make a dumpling for Guests."),
         ("make a dumpling for lunch.", "make a dumpling for lunch."),
+        ("One for Mia and one for Tom.", "One for her and one for her."),
+        ("A dumpling for Mrs Miller, please.", "A dumpling for her, please."),
+        ("Clean the table. Kind regards, Laura", "Clean the table. Kind regards"),
         ("Make dumplings for Mia and Friday.", "Make dumplings for Mia and Friday."),
     ],
 )
