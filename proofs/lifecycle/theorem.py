@@ -136,8 +136,8 @@ THEOREM = Theorem(
             "activates-a-version-that-waits",
             "history-step",
             REGISTRY,
-            "elif command:\n",
-            "elif False:\n",
+            "if command else new",
+            "if False else new",
         ),
         Mutant(
             "activates-at-once-what-waits",

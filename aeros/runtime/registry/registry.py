@@ -108,9 +108,7 @@ class Registry(InstalledModules):
         with self._transactions.change_lock() as old:
             files = module_files(source)
             digest = bundle_digest(files)
-            if pinned is not None and pinned.removeprefix("sha256:") != digest:
-                name, found = source.name, f"sha256:{digest}"
-                raise refusal("AE963", f"`{name}` does not have the pinned digest: its digest is {found}")
+            _require_digest(digest, pinned, source)
             store = self.folder / "modules"
             id_ = _declared_id(files, store / digest / source.name, source, self._site_of(old))
             with stored_bundle(files, store, id_) as folder:
@@ -130,11 +128,7 @@ class Registry(InstalledModules):
                 one = InstalledModule(
                     id_, version, digest, _next_state(old, id_, LifecycleAction.INSTALL), settings
                 )
-                new = _with_module(old, one)
-                if active is not None:
-                    new = _activated(new, one, active, command)
-                elif command:
-                    new = _with_module(old, replace(one, state=_state_to_wait(one, source, command)))
+                new = _installed(old, one, source, command, active)
                 with shown_as(folder, source):
                     configuration, _ = self._prove_snapshot(new)
                 verbs = "install" if active is None else "install and activate"
@@ -430,6 +424,30 @@ def _waits_for(id_: str, waiting: Mapping[str, WaitingModule]) -> UserError:
     return refusal(
         "AE964", f"`{id_}` needs a module that waits to be configured; these wait: {names}", *cures
     )
+
+
+def _require_digest(digest: str, pinned: str | None, source: Path) -> None:
+    """Refuse files that do not have the expected digest, if there is one."""
+    if pinned is not None and pinned.removeprefix("sha256:") != digest:
+        headline = f"`{source.name}` does not have the pinned digest: its digest is sha256:{digest}"
+        raise refusal("AE963", headline)
+
+
+def _installed(
+    old: RegistrySnapshot,
+    one: InstalledModule,
+    source: Path,
+    command: str,
+    active: ModuleConfiguration | None,
+) -> RegistrySnapshot:
+    """Return `old` with a module that is installed, and activated if settings `active` are given for that.
+
+    A module that `command` has to configure waits instead.
+    """
+    new = _with_module(old, one)
+    if active is not None:
+        return _activated(new, one, active, command)
+    return _with_module(old, replace(one, state=_state_to_wait(one, source, command))) if command else new
 
 
 def _activated(
