@@ -122,12 +122,10 @@ class Registry(InstalledModules):
                         self._find_waiting(old),
                         active or UNCONFIGURED,
                     )
-                version = declared.version.value
-                kept = old.modules.get(id_)
+                version, kept = declared.version.value, old.modules.get(id_)
                 _require_upgrade(kept, id_, version, digest, allows_downgrade=allows_downgrade)
-                one = InstalledModule(
-                    id_, version, digest, _next_state(old, id_, LifecycleAction.INSTALL), settings
-                )
+                state = _next_state(old, id_, LifecycleAction.INSTALL)
+                one = InstalledModule(id_, version, digest, state, settings)
                 new = _installed(old, one, source, command, active)
                 with shown_as(folder, source):
                     configuration, _ = self._prove_snapshot(new)
