@@ -478,7 +478,7 @@ def test_a_pot_is_covered_if_no_dumpling_can_be_let_go_over_it(
         (0.05, 0.04, False),  # no higher than a wrapper that lies on a filling
     ],
 )
-def test_what_covers_the_press_is_no_wrapper(half: float, height: float, is_covered: bool) -> None:
+def test_wrappers_and_fillings_do_not_cover_the_press(half: float, height: float, is_covered: bool) -> None:
     x, y = np.meshgrid(np.arange(-half, half, 0.003), np.arange(-half, half, 0.003))
     box = np.stack((PRESS[0] + x.ravel(), PRESS[1] + y.ravel(), np.full(x.size, PRESS[2] + height)), axis=1)
     pieces = (Piece(Wrapper((PRESS[0] - HINGE_TO_PLATE, PRESS[1], PRESS[2]), 0.0, 0.0)),)

@@ -136,6 +136,7 @@ def read_site(path: Path) -> Site:
 
     Raises:
         UserError: It cannot be read, or has faults.
+        AssertionError: It was not read, and no fault was reported.
     """
     sink = Diagnostics()
     site = load_site(path, sink)

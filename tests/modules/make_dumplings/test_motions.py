@@ -184,7 +184,7 @@ def test_a_filling_whose_grip_is_denied_is_gripped_by_its_other_sides_too(
     assert yaws == pytest.approx([0.2, 0.2, 0.2, 0.35, 0.05, *more])
 
 
-def test_what_was_on_the_press_may_be_gone_by_now() -> None:
+def test_wrap_looks_again_at_a_press_that_was_covered() -> None:
     body = skills.wrap({**KNOWN, "press_covered": True}, {"hand_speed": PACE})
     assert next(body).kind == "look"
     assert body.send({**KNOWN, "press_covered": False}).kind == "grip"  # to open for the handle
@@ -192,7 +192,7 @@ def test_what_was_on_the_press_may_be_gone_by_now() -> None:
 
 
 @pytest.mark.parametrize(("place", "waits"), [((0.55, 0.33, 0.05), True), (PRESS, False)])
-def test_a_dumpling_in_the_pot_is_boiled_whatever_is_on_the_press(
+def test_a_dumpling_in_the_pot_is_boiled_also_beside_a_covered_press(
     place: tuple[float, float, float], waits: bool
 ) -> None:
     covered = {"press_covered": True, "place_covered": True, "pot_covered": False}

@@ -52,7 +52,7 @@ def test_ports_that_cannot_be_used_are_refused(capsys: pytest.CaptureFixture[str
     assert "is no port, which is a number from 0 to 65535" in capsys.readouterr().err
 
 
-def test_faults_of_the_given_files_are_told_before_it_serves(
+def test_faults_of_the_given_files_are_shown_before_it_serves(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     site = tmp_path / "site.yaml"
