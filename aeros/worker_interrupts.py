@@ -23,17 +23,18 @@ def deferred_interrupts() -> Iterator[None]:
         Nothing; start the processes here. Each of them calls `set_interrupt_handler` first.
     """
     noted: list[int] = []
-    is_main = threading.current_thread() is threading.main_thread()
     handler = signal.getsignal(signal.SIGINT)
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _INTERRUPT)
-    if is_main and callable(handler):
+    notes = callable(handler) and threading.current_thread() is threading.main_thread()
+    # Set first and reset last, so that nothing is raised between both changes of the mask.
+    if notes:
         signal.signal(signal.SIGINT, lambda number, _frame: noted.append(number))
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _INTERRUPT)
     try:
         yield
     finally:
-        if is_main and callable(handler):
-            signal.signal(signal.SIGINT, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if notes:
+            signal.signal(signal.SIGINT, handler)
         if noted:
             signal.raise_signal(signal.SIGINT)
 

@@ -21,8 +21,9 @@ SEALING_LOAD = 3.0
 LID_OVER = 0.03
 """Distance of the handle from the press's hinge, towards +x, from which the lid is over the wrapper, m."""
 
-LID_OPEN = -0.06
-"""Way of the handle from the press's hinge along x up to which the lid is open, m: at 0 rad it is -0.075."""
+LID_OPEN = -0.069
+"""Way of the handle from the press's hinge along x up to which the lid is open, m: at 0 rad it is -0.075, and
+here, at 16 degrees, the handle's outer end is still lower (0.044) than what covers the press."""
 
 STIRRED = 0.008
 """Displacement of a dumpling in the pot after which it may have been out of it, m."""

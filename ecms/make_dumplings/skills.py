@@ -214,9 +214,12 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def wrap(observed: Observation, inputs: Inputs) -> SkillBody:
     """Fold the lid over by its handle, squeeze, open the press again, and look at what came of it."""
-    if observed.get("press_covered") is True:
-        return
     pace = inputs["hand_speed"]
+    if observed.get("press_covered") is True:
+        # It may have been taken away since that picture.
+        observed = yield from _look(observed, pace)
+        if observed.get("press_covered") is True:
+            return
     observed = yield from _take_handle(observed, pace)
     closed = _handle_at(observed, LID_CLOSED)
     pressed = (closed[0], closed[1], _hinge(observed)[2])
@@ -237,17 +240,20 @@ def wrap(observed: Observation, inputs: Inputs) -> SkillBody:
 def boil(observed: Observation, inputs: Inputs) -> SkillBody:
     """Carry the dumpling to the pot, drop it in and let it cook, between two looks at it.
 
-    Where something lies on the press or over the pot, the dumpling stays where it is.
+    Where something lies over the pot, or on the press that it has to be taken from, the dumpling stays where
+    it is.
     """
     pace = inputs["hand_speed"]
     observed = yield from _open_press(observed, pace)
     observed = yield from _look(observed, pace)
-    if observed.get("place_covered") is True:
+    if observed.get("pot_covered") is True:
         return
     if not (_holds_wrapper(observed) or _are_known(observed, WRAPPER)):
         return
     if _holds_wrapper(observed) or not _is_in_pot(observed):
         if not _holds_wrapper(observed):
+            if observed.get("press_covered") is True:
+                return
             observed = yield from _make_room(observed, pace, "wrapper_has_room", *WRAPPER)
             if observed.get("wrapper_has_room") is False or not _are_known(observed, WRAPPER):
                 return

@@ -4,7 +4,7 @@
 (set-logic ALL)
 (declare-datatypes ((State 0)) (((absent) (installed) (configured) (active))))
 (declare-datatypes ((Verb 0)) (((install) (configure) (activate) (deactivate) (remove) (reset))))
-(declare-datatypes ((Moved 0)) (((to (reached State) (is-withdrawn Bool)) (refused) (moves-another))))
+(declare-datatypes ((Moved 0)) (((to (reached State) (is-withdrawn Bool)) (refused) (moves-another) (half-done))))
 (declare-const state State)
 (declare-const verb Verb)
 (declare-const was-configured Bool)

@@ -2,12 +2,13 @@
 ; undone since; no verb moves another module, an active module cannot be removed, configured or
 ; reset, and what is absent can only be installed. A version that waits, and a reset, undo that it
 ; was configured. It is withdrawn exactly where it was deactivated or removed, not activated since.
-; An installation that also activates does what the three verbs do, or nothing.
+; An installation that also activates leaves it configured and active, or nothing is changed; it
+; does not configure an active one. Each verb is one change, and one that is refused is none.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((State 0)) (((absent) (installed) (configured) (active))))
 (declare-datatypes ((Verb 0)) (((install) (configure) (activate) (deactivate) (remove) (reset))))
-(declare-datatypes ((Moved 0)) (((to (reached State) (is-withdrawn Bool)) (refused) (moves-another))))
+(declare-datatypes ((Moved 0)) (((to (reached State) (is-withdrawn Bool)) (refused) (moves-another) (half-done))))
 (declare-const state State)
 (declare-const verb Verb)
 (declare-const was-configured Bool)

@@ -40,7 +40,8 @@ def _choose_member(ask: DecideBranch, constant: str, members: Any) -> Any:
 _MODULE: Final = (
     _datatype("State", ModuleState),
     _datatype("Verb", LifecycleAction),
-    "(declare-datatypes ((Moved 0)) (((to (reached State) (is-withdrawn Bool)) (refused) (moves-another))))",
+    "(declare-datatypes ((Moved 0))"
+    " (((to (reached State) (is-withdrawn Bool)) (refused) (moves-another) (half-done))))",
     "(declare-const state State)",
     "(declare-const verb Verb)",
     "(declare-const was-configured Bool)",
@@ -104,7 +105,9 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
             else:
                 one._change_state("m", verb)
         except UserError:
-            return "refused"
+            return "half-done" if made else "refused"
+        if len(made) != 1:
+            return "half-done"
         (new,) = made
         if new.modules.keys() - {"m"} != {"n"} or new.modules["n"] is not n:
             return "moves-another"
@@ -187,7 +190,8 @@ def _history_step(code: ModuleSource) -> TheoremObligation:
         "undone since; no verb moves another module, an active module cannot be removed, configured or\n"
         "reset, and what is absent can only be installed. A version that waits, and a reset, undo that it\n"
         "was configured. It is withdrawn exactly where it was deactivated or removed, not activated since.\n"
-        "An installation that also activates does what the three verbs do, or nothing.",
+        "An installation that also activates leaves it configured and active, or nothing is changed; it\n"
+        "does not configure an active one. Each verb is one change, and one that is refused is none.",
         (
             *_MODULE,
             *(f"(declare-const {one} Bool)" for one in ("resets", "needed", "at-once", "bound")),

@@ -143,8 +143,16 @@ THEOREM = Theorem(
             "activates-at-once-what-waits",
             "history-step",
             REGISTRY,
-            "    if command:\n        options",
-            "    if False:\n        options",
+            "    if command:\n        if one.state",
+            "    if False:\n        if one.state",
+        ),
+        Mutant(
+            "installs-before-it-activates",
+            "history-step",
+            REGISTRY,
+            "                new = _installed(old, one, source, command, active)\n",
+            "                self._transactions.commit(old, _with_module(old, one), id_, None)\n"
+            "                new = _installed(old, one, source, command, active)\n",
         ),
         Mutant(
             "activates-at-once-and-leaves-withdrawn",

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.perception import Picture
+from aeros.perception import Picture, View
 from aeros.perception.points import point_cloud
 from aeros.sim.geometry import Camera, Pose, Vector3, add, to_world, yaw_of, yaw_orientation
 from ecms.make_dumplings.bench import LEANING
 from ecms.make_dumplings.bench import Bench as KnownBench
+from ecms.make_dumplings.following import with_press
 from ecms.make_dumplings.hand import has_room
 from ecms.make_dumplings.measures import CLOSED_HEIGHT, HINGE_TO_PLATE, PLATE_HALF
 from ecms.make_dumplings.perceivers import UNSEEN
@@ -477,7 +478,7 @@ def test_a_pot_is_covered_if_no_dumpling_can_be_let_go_over_it(
         (0.05, 0.04, False),  # no higher than a wrapper that lies on a filling
     ],
 )
-def test_a_box_covers_the_press_and_a_wrapper_does_not(half: float, height: float, is_covered: bool) -> None:
+def test_wrappers_and_fillings_do_not_cover_the_press(half: float, height: float, is_covered: bool) -> None:
     x, y = np.meshgrid(np.arange(-half, half, 0.003), np.arange(-half, half, 0.003))
     box = np.stack((PRESS[0] + x.ravel(), PRESS[1] + y.ravel(), np.full(x.size, PRESS[2] + height)), axis=1)
     pieces = (Piece(Wrapper((PRESS[0] - HINGE_TO_PLATE, PRESS[1], PRESS[2]), 0.0, 0.0)),)
@@ -489,6 +490,17 @@ def test_a_box_covers_the_press_and_a_wrapper_does_not(half: float, height: floa
     assert covered_values(beside)["press_covered"] == (False,)
     # Where the lid stands in the picture, nothing is known of the press.
     assert not {"press_covered", "place_covered"} & covered_values(replace(bench, is_lid_open=False)).keys()
+
+
+@pytest.mark.parametrize(("angle", "is_open"), [(0.0, True), (10.0, True), (20.0, False), (90.0, False)])
+def test_a_lid_that_may_cover_the_press_itself_is_not_open(angle: float, is_open: bool) -> None:
+    to_handle, at_rest = 0.0758, 8.3  # from the hinge, m and degrees
+    turned = (angle + at_rest) * pi / 180.0
+    handle = (PRESS[0] - to_handle * cos(turned), PRESS[1], PRESS[2] + to_handle * sin(turned))
+    samples: dict[str, tuple[Any, ...]] = {"press_force": ()}
+    view = View(0.0, {}, {"press_position": PRESS, "press_handle_position": handle}, samples)
+    assert with_press(KnownBench(), view).is_lid_open is is_open
+    assert not with_press(KnownBench(is_lid_open=True), View(0.0, {}, {}, samples)).is_lid_open
 
 
 def test_each_value_has_the_time_of_the_picture_that_shows_it() -> None:

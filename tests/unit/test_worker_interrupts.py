@@ -66,3 +66,31 @@ def test_an_interrupt_is_delivered_after(with_threads: bool) -> None:
         for other in others:
             other.join()
     assert held == ["held back", "delivered"]
+
+
+def test_an_interrupt_between_the_changes_of_handler_and_mask_is_held_back_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    change_mask = signal.pthread_sigmask
+
+    def interrupted(how: signal.Sigmasks, mask: set[signal.Signals]) -> set[signal.Signals | int]:
+        """Change the mask, and receive SIGINT in another thread right after."""
+        before = change_mask(how, mask)
+        other = threading.Thread(target=signal.raise_signal, args=(signal.SIGINT,))
+        monkeypatch.setattr(signal, "pthread_sigmask", change_mask)  # a new thread has the mask of this one
+        change_mask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        other.start()
+        change_mask(how, mask)
+        other.join()
+        return before
+
+    held = []
+    former = signal.signal(signal.SIGINT, lambda *_: held.append("delivered"))
+    try:
+        monkeypatch.setattr(signal, "pthread_sigmask", interrupted)
+        with deferred_interrupts():
+            held.append("held back")
+        assert held == ["held back", "delivered"]
+        assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    finally:
+        signal.signal(signal.SIGINT, former)

@@ -1,13 +1,13 @@
 """HTTP server of one page on this host: it answers reads of the page, and nothing else.
 
-A web page that rebinds its name to this host is refused by `Host`.  The server only reads files that a run
-writes, in a process of its own, so no client of it can delay the run.
+A web page that rebinds its name to this host is refused by `Host`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from http import HTTPStatus
+from http.client import HTTP_PORT
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import BoundedSemaphore
 from typing import Any, Final
@@ -42,12 +42,15 @@ class PageServer(ThreadingHTTPServer):
     """
 
     daemon_threads = True
+    request_queue_size = _MAX_CONNECTIONS
 
     def __init__(self, port: int, page: Callable[[], str], every: float) -> None:
         super().__init__((HOST, port), _PageHandler)
         self.page = page
         self.every = every
-        self.hosts = frozenset(f"{name}:{self.server_port}" for name in (HOST, "localhost"))
+        # Browsers leave out the port of HTTP.
+        ends = (f":{self.server_port}", *([""] if self.server_port == HTTP_PORT else []))
+        self.hosts = frozenset(f"{name}{end}" for name in (HOST, "localhost") for end in ends)
         self._free = BoundedSemaphore(_MAX_CONNECTIONS)
 
     @property

@@ -9,13 +9,14 @@ from pathlib import Path
 from threading import Lock
 from typing import Final
 
-from aeros.apps.report_page.film_element import find_film
+from aeros.apps.report_page.film_element import FILM_NAMES, find_film
 from aeros.apps.report_page.page import page_of
 from aeros.apps.report_page.run_data import AUDIT, TRACE, RunData, read_run_data
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.sim.film_file import FILE as POSES
 from aeros.spec.model.site import Site
 
+_FILES: Final = (AUDIT, TRACE, SAMPLES, POSES, *FILM_NAMES)
 _SIGNED: Final = "not checked here; `aeros report --public-key` checks them"
 _TRIES: Final = 5
 _PAUSE_S: Final = 0.1
@@ -54,7 +55,7 @@ class RunPage:
             found = self._find_run()
             if found is None or not (found[0] / AUDIT).is_file():
                 return _empty_page("no run yet" if found is None else f"no {AUDIT} in {found[0]} yet")
-            state = (found, *(_stamp(found[0] / name) for name in (AUDIT, TRACE, SAMPLES, POSES)))
+            state = (found, *(_stamp(found[0] / name) for name in _FILES))
             if state != self._made_of:
                 self._page = self._make(*found)
                 self._made_of = state

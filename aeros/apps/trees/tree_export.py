@@ -64,7 +64,7 @@ def export_tree(ecm: Ecm, composition: Composition) -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
 
-def _child(parent: ET.Element, tag: str, **attributes: str) -> ET.Element:
+def _child(parent: ET.Element, tag: str, /, **attributes: str) -> ET.Element:
     return ET.SubElement(parent, tag, attributes)
 
 
@@ -76,7 +76,7 @@ class _Writer:
     """Writer of one composition.
 
     Attributes:
-        used: names of the skills that actions of the tree run.
+        used: the skills of which an action runs one, by the name of that skill or of their capability.
     """
 
     def __init__(self, ecm: Ecm, composition: Composition) -> None:
@@ -89,7 +89,7 @@ class _Writer:
         )
         self._flowing = {(flow.step, flow.output) for flow in flows}
         self._count = 0
-        self.used: set[str] = set()
+        self.used: dict[str, tuple[str, ...]] = {}
 
     def add(self, parent: ET.Element, part: Part) -> None:
         """Add a part to an element.
@@ -170,7 +170,7 @@ class _Writer:
         self._action(parent, step)
 
     def _action(self, parent: ET.Element, step: Step) -> None:
-        self.used.update(step.runs)
+        self.used[step.skill] = step.runs
         names = [port for run in step.runs for _, port in _ports(self._ecm.callable_skills[run])]
         doubled = {"ID", "name"}.intersection(names) or {
             one for one in names if len(step.runs) == 1 and names.count(one) > 1
@@ -197,14 +197,14 @@ def _value(declared: Declared, value: Any) -> str:
             return str(value)
 
 
-def _models(ecm: Ecm, used: set[str]) -> ET.Element:
+def _models(ecm: Ecm, used: Mapping[str, tuple[str, ...]]) -> ET.Element:
     """Describe the leaves for Groot2."""
     models = ET.Element("TreeNodesModel")
     condition = _child(models, "Condition", ID=STATE_CONDITION)
     _child(condition, "input_port", name="expression")
-    for name in sorted(used):
+    for name, runs in sorted(used.items()):
         action = _child(models, "Action", ID=leaf_id(name))
-        for tag, port in _ports(ecm.callable_skills[name]):
+        for tag, port in dict.fromkeys(one for run in runs for one in _ports(ecm.callable_skills[run])):
             _child(action, tag, name=port)
     return models
 

@@ -258,6 +258,8 @@ class _Importer(_NodeReports):
             self._renote(number, reason=reason)
             return None
         branches = known[first:]
+        if len(branches) < 2:
+            self._renote(number, note="seq")
         return _joined("seq", [*known[:first], *([_joined("par", branches)] if branches else [])])
 
     def _reactive(self, node: TreeNode, place: _Place) -> PartForm | None:

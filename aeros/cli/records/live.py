@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Mapping, Set
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from aeros.apps.live_page.page_server import PageServer
 from aeros.apps.live_page.run_page import RunPage
 from aeros.cli.arguments import add_command, existing_path, seconds_from
-from aeros.cli.latest_run import latest_run
-from aeros.cli.records.report import available_sites
+from aeros.cli.latest_run import find_run_folder, latest_run
+from aeros.cli.records.report import available_sites, read_site
 from aeros.cli.terminal.rendering import print_labelled
 from aeros.exit_codes import Exit, UsageError
 from aeros.spec.model.site import Site
@@ -20,11 +21,14 @@ from aeros.spec.model.site import Site
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
+_NICENESS: Final = 10
+"""Niceness that is added: a process of the run, with 0, gets nine times the processor time of this one."""
+
 _EXAMPLES = """\
 The page is that of `aeros report`, made of the files as far as they are written: headline, cell from above,
 plan, timeline, bounds and decisions.  A browser loads it again every few seconds.  It follows the latest run
-of the robot folder --state, and the next one once that begins.  It only reads files, so it cannot delay the
-run.  Every user of this host can open it.  Ctrl-C ends it.
+of the robot folder --state, and the next one once that begins.  It only reads the run's files, and gives way
+to the run where both need the processor.  Every user of this host can open it.  Ctrl-C ends it.
 
 examples:
   aeros live
@@ -41,7 +45,10 @@ def add_to(commands: Subparsers) -> None:
     """
     parser = add_command(commands, "live", __doc__, _EXAMPLES)
     parser.add_argument(
-        "--run", type=existing_path, help="the folder of a run (default: the latest of --state)"
+        "--run",
+        type=existing_path,
+        metavar="FOLDER|LOG",
+        help="a run's output folder or audit log (default: the latest of --state)",
     )
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
@@ -72,17 +79,19 @@ def _port(text: str) -> int:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    sites: dict[str, Site] = {}
+    given = [] if arguments.site is None else [read_site(arguments.site)]
+    sites: dict[str, Site] = {site.digest: site for site in given}
+    run = None if arguments.run is None else find_run_folder(arguments.run)
 
     def find_run() -> tuple[Path, bool] | None:
         found = latest_run(arguments.state)
-        if arguments.run is None:
+        if run is None:
             return found
-        return arguments.run, found is not None and found[1] and found[0] == arguments.run.resolve()
+        return run, found is not None and found[1] and found[0] == run.resolve()
 
     def find_sites(digests: Set[str]) -> Mapping[str, Site]:
         if not digests <= sites.keys():
-            at_hand = available_sites(arguments.state, arguments.site)
+            at_hand = available_sites(arguments.state, None)
             sites.update({site.digest: site for site in at_hand if site.digest in digests})
         return sites
 
@@ -92,6 +101,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         raise UsageError(f"cannot listen at port {arguments.port}: {error.strerror}") from error
     with server:
         print_labelled("live", server.url)
+        os.nice(_NICENESS)
         with suppress(KeyboardInterrupt):
             server.serve_forever()
     return Exit.SUCCESS

@@ -72,7 +72,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if not (folder / AUDIT).is_file():
         print(f"aeros: there is no {AUDIT} in `{folder}`", file=sys.stderr)
         return Exit.REJECTED
-    given = None if arguments.site is None else _read_site(arguments.site)
+    given = None if arguments.site is None else read_site(arguments.site)
     left = read_run_data(folder)
     try:
         signed = _signature_text(left, folder / AUDIT, arguments.public_key, arguments.anchor)
@@ -125,7 +125,19 @@ def _signature_text(left: RunData, log: Path, key: Path | None, anchors: Sequenc
     return f"of the first {found.signed} records{anchored}"
 
 
-def _read_site(path: Path) -> Site:
+def read_site(path: Path) -> Site:
+    """Read a site file.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The site.
+
+    Raises:
+        UserError: It cannot be read, or has faults.
+        AssertionError: It was not read, and no fault was reported.
+    """
     sink = Diagnostics()
     site = load_site(path, sink)
     sink.raise_if_errors()
@@ -145,7 +157,7 @@ def available_sites(state: Path, given: Path | None) -> Iterable[Site]:
         The given site, the reference site, and each site that was in force on this robot.
     """
     if given is not None:
-        yield _read_site(given)
+        yield read_site(given)
     yield from _with_blocks(reference_site_path(), ())
     registry = Registry(state)
     if registry.exists:

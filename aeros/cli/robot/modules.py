@@ -104,10 +104,7 @@ def add_to(commands: Subparsers, name: str) -> None:
     parser = add_command(commands, name, _DESCRIPTIONS[name], examples)
     if name == "install":
         parser.add_argument("module", help="a folder, a bundle, or the name of an entry point")
-        parser.add_argument("--digest", metavar="sha256:HEX", help="expected digest of the module's files")
-        parser.add_argument(
-            "--allow-downgrade", action="store_true", help="install a version below the installed one"
-        )
+        _add_install_options(parser)
     elif name == "bundle":
         parser.add_argument("module", type=existing_path, help="the module's folder")
         parser.add_argument(
@@ -125,6 +122,7 @@ def add_to(commands: Subparsers, name: str) -> None:
             metavar="SOURCE",
             help="install and configure it first: a folder, bundle or entry point",
         )
+        _add_install_options(parser)
         add_settings(parser, "NEED", "NAME")
     else:
         parser.add_argument("module", help="the module's name")
@@ -134,6 +132,13 @@ def add_to(commands: Subparsers, name: str) -> None:
         "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
     )
     parser.set_defaults(command=_COMMANDS[name])
+
+
+def _add_install_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--digest", metavar="sha256:HEX", help="expected digest of the module's files")
+    parser.add_argument(
+        "--allow-downgrade", action="store_true", help="install a version below the installed one"
+    )
 
 
 def _bundle(arguments: argparse.Namespace) -> Exit:
@@ -199,12 +204,14 @@ def _activate(arguments: argparse.Namespace) -> Exit:
     if (arguments.module is None) == (arguments.install is None):
         raise UsageError("name an installed module, or give `--install SOURCE`")
     if arguments.install is None:
-        if given != ModuleConfiguration():
-            raise UsageError("--bind and --set configure a module that `--install` installs")
+        if given != ModuleConfiguration() or arguments.digest is not None or arguments.allow_downgrade:
+            options = "--bind, --set, --digest and --allow-downgrade"
+            raise UsageError(f"{options} are for a module that `--install` installs")
         return _lifecycle_command("activate")(arguments)
     registry = Registry(arguments.state)
     with module_source(arguments.install) as source:
-        one = registry.install(source, active=given)
+        downgrade = arguments.allow_downgrade
+        one = registry.install(source, arguments.digest, allows_downgrade=downgrade, active=given)
     print_line(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
     print_settings(registry.settings(one.name))
     _print_blocks(registry, one)

@@ -444,15 +444,17 @@ def _installed(
     """
     new = _with_module(old, one)
     if active is not None:
-        return _activated(new, one, active, command)
+        return _activated(new, one, active, source, command)
     return _with_module(old, replace(one, state=_state_to_wait(one, source, command))) if command else new
 
 
 def _activated(
-    new: RegistrySnapshot, one: InstalledModule, settings: ModuleConfiguration, command: str
+    new: RegistrySnapshot, one: InstalledModule, settings: ModuleConfiguration, source: Path, command: str
 ) -> RegistrySnapshot:
     """Return `new` with its module `one` configured and active; refuse it if `command` must configure it."""
     if command:
+        if one.state is ModuleState.ACTIVE:
+            raise _active_would_wait(one, source, command)
         options = command.removeprefix(f"aeros configure {one.name} ")
         cures = (f"add `{options}`, or other choices", "`aeros install` without activation lists all choices")
         raise refusal("AE960", f"`{one.name}` has open needs or parameters", *cures)
@@ -467,12 +469,16 @@ def _state_to_wait(one: InstalledModule, source: Path, command: str) -> ModuleSt
     """Return the state in which a new version waits to be configured; refuse it in place of an active one."""
     reached = next_state(one.state, LifecycleAction.RESET)
     if reached is None:
-        id_ = one.name
-        commands = (f"aeros deactivate {id_}", f"aeros install {source}", command, f"aeros activate {id_}")
-        cures = ("run these commands, or others in place of the choices:", *(f"`{one}`" for one in commands))
-        headline = f"`{id_}` is active, and the new version would wait to be configured"
-        raise refusal("AE960", headline, *cures)
+        raise _active_would_wait(one, source, command)
     return reached
+
+
+def _active_would_wait(one: InstalledModule, source: Path, command: str) -> UserError:
+    """Make the error for a new version in place of an active one, which `command` would have to configure."""
+    id_ = one.name
+    commands = (f"aeros deactivate {id_}", f"aeros install {source}", command, f"aeros activate {id_}")
+    cures = ("run these commands, or others in place of the choices:", *(f"`{one}`" for one in commands))
+    return refusal("AE960", f"`{id_}` is active, and the new version would wait to be configured", *cures)
 
 
 def _still_declared(settings: ModuleConfiguration, declared: declared_ecm.Ecm) -> ModuleConfiguration:

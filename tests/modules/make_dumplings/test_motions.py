@@ -182,3 +182,20 @@ def test_a_filling_whose_grip_is_denied_is_gripped_by_its_other_sides_too(
 ) -> None:
     yaws = headings_denied(dough_on_workspace=True, filling_free_across=across)
     assert yaws == pytest.approx([0.2, 0.2, 0.2, 0.35, 0.05, *more])
+
+
+def test_wrap_looks_again_at_a_press_that_was_covered() -> None:
+    body = skills.wrap({**KNOWN, "press_covered": True}, {"hand_speed": PACE})
+    assert next(body).kind == "look"
+    assert body.send({**KNOWN, "press_covered": False}).kind == "grip"  # to open for the handle
+    assert [one.kind for one in actions("wrap", 0, press_covered=True)] == ["look"]
+
+
+@pytest.mark.parametrize(("place", "waits"), [((0.55, 0.33, 0.05), True), (PRESS, False)])
+def test_a_dumpling_in_the_pot_is_boiled_also_beside_a_covered_press(
+    place: tuple[float, float, float], waits: bool
+) -> None:
+    covered = {"press_covered": True, "place_covered": True, "pot_covered": False}
+    done = actions("boil", 0, wrapper_position=place, dumpling_wrapped=True, **covered)
+    assert ("wait" in [one.kind for one in done]) is waits
+    assert not grips(done)

@@ -15,7 +15,9 @@ TOKEN_FILE: Final = "mcp-token"  # noqa: S105 - a file's name
 """Name of the file in the agent's folder."""
 
 _MIN_CHARS: Final = 32
-_MAX_BYTES: Final = 1_000
+_MAX_CHARS: Final = 1_000
+_LINE_END: Final = 2
+"""Characters that an editor or `echo` may write after the token."""
 
 
 class TokenError(Exception):
@@ -42,17 +44,18 @@ def ensure_token(path: Path) -> str:
             mode = os.fstat(descriptor).st_mode
             if not stat.S_ISREG(mode):
                 raise TokenError(f"`{path}` is no regular file; delete it, or name another token file")
-            text = file.read(_MAX_BYTES + 1).decode("ascii", "replace")
+            text = file.read(_MAX_CHARS + _LINE_END + 1).decode("ascii", "replace")
     except OSError as error:
         reason = "it is a link; name the file itself" if error.errno == ELOOP else error.strerror
         raise TokenError(f"cannot use the token file `{path}`: {reason}") from error
     if mode & 0o077:
         raise TokenError(f"`{path}` must be a file that only you can read: chmod 600 '{path}'")
-    is_long = len(text) > _MAX_BYTES
+    is_whole = len(text) <= _MAX_CHARS + _LINE_END
     text = text.strip()
-    if is_long or len(text) < _MIN_CHARS or not all("!" <= character <= "~" for character in text):
+    is_token = _MIN_CHARS <= len(text) <= _MAX_CHARS and all("!" <= character <= "~" for character in text)
+    if not (is_whole and is_token):
         raise TokenError(
-            f"`{path}` must hold one token of {_MIN_CHARS} to {_MAX_BYTES} printable characters; "
+            f"`{path}` must hold one token of {_MIN_CHARS} to {_MAX_CHARS} printable characters; "
             "delete it for a new one"
         )
     return text

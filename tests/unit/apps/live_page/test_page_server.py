@@ -14,13 +14,13 @@ from aeros.apps.live_page.page_server import PageServer
 
 
 @contextmanager
-def served(page: str | Exception) -> Iterator[PageServer]:
+def served(page: str | Exception, port: int = 0) -> Iterator[PageServer]:
     def read() -> str:
         if isinstance(page, Exception):
             raise page
         return page
 
-    with PageServer(0, read, 5.0) as server:
+    with PageServer(port, read, 5.0) as server:
         thread = threading.Thread(target=server.serve_forever, args=(0.01,))
         thread.start()
         try:
@@ -54,6 +54,14 @@ def test_the_page_is_read_and_nothing_else() -> None:
 def test_another_host_is_refused(host: str) -> None:
     with served("secret") as server:
         assert ask(server, host=host) == (421, "this server has another Host")
+
+
+def test_the_port_of_http_may_be_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    with served("here") as server:
+        port = server.server_port
+    monkeypatch.setattr("aeros.apps.live_page.page_server.HTTP_PORT", port)
+    with served("here", port) as server:
+        assert [ask(server, host=f"localhost{end}")[0] for end in ("", f":{port}", ":1")] == [200, 200, 421]
 
 
 def test_a_page_that_cannot_be_made_is_explained() -> None:

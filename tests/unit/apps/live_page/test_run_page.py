@@ -22,6 +22,8 @@ def test_the_page_grows_with_the_run(tmp_path: Path) -> None:
     assert "make dumplings: under way · " in first
     assert "sound</span>, 10 records" in first
     assert page.html() is first
+    (out / "film.mp4").touch()
+    assert page.html() is not first
     (out / "audit.jsonl").write_bytes(b"".join(lines[:20]))
     assert "sound</span>, 20 records" in page.html()
 

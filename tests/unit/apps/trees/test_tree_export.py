@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from fractions import Fraction
@@ -98,6 +99,21 @@ def test_inputs_and_outputs_are_ports() -> None:
     assert '<Action ID="look" name="look" width="{look.width}" />' in text
     assert 'force="{look.width}"' in text
     assert 'name="two" force="2"' in text
+
+
+def test_a_capability_is_the_action_that_the_file_declares() -> None:
+    body = replace(step("tidying"), choices=("look", "press"))
+    text = export_tree(ECM, Composition("c", t.TRUE, None, body, {}, SPAN))
+    assert re.findall('<Action ID="(.*?)"', text) == ["tidying", "tidying"]
+    assert text.count("_port name=") == 2  # the expression, and the force of `press`
+
+
+def test_ports_have_any_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(
+        SKILLS, "odd", skill("odd", outcome("seen", {}), inputs=dict.fromkeys(("parent", "tag"), FORCE))
+    )
+    body = step("odd", inputs={"parent": Fraction(1), "tag": Fraction(2)})
+    assert 'parent="1" tag="2"' in export_tree(ECM, Composition("c", t.TRUE, None, body, {}, SPAN))
 
 
 def test_a_composition_that_no_file_can_hold_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -313,6 +313,15 @@ def test_a_subtree_that_no_file_has_may_be_a_skill() -> None:
     assert "or bind it to a skill by --action" in tried(body).refused[0].reason
 
 
+def test_the_report_says_what_became_of_a_parallel_node() -> None:
+    notes = [
+        tried(f"<Sequence>{A}<Parallel>{body}</Parallel></Sequence>").reports[2].note
+        for body in (C + C, C + B)
+    ]
+    assert notes == ["seq", "seq"]
+    assert tried(f"<Parallel>{A}{B}</Parallel>").reports[0].note == "par"
+
+
 @pytest.mark.parametrize(
     ("port", "call", "end"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import socket
@@ -25,7 +26,7 @@ def test_a_run_is_served_until_ctrl_c(tmp_path: Path) -> None:
         "aeros.cli.main",
         "live",
         "--run",
-        str(RUN),
+        str(RUN / "audit.jsonl"),
         "--state",
         str(tmp_path / "s"),
     ]
@@ -35,6 +36,7 @@ def test_a_run_is_served_until_ctrl_c(tmp_path: Path) -> None:
         assert found is not None
         with urllib.request.urlopen(found[1], timeout=30) as answer:  # noqa: S310 - an address of this host
             page = answer.read().decode()
+        assert os.getpriority(os.PRIO_PROCESS, live.pid) == min(os.getpriority(os.PRIO_PROCESS, 0) + 10, 19)
         live.send_signal(signal.SIGINT)
         assert live.wait(30) == Exit.SUCCESS
     assert "make dumplings: " in page
@@ -48,3 +50,14 @@ def test_ports_that_cannot_be_used_are_refused(capsys: pytest.CaptureFixture[str
     with pytest.raises(SystemExit, match=str(Exit.USAGE.value)):
         main(["live", "--port", "65536"])
     assert "is no port, which is a number from 0 to 65535" in capsys.readouterr().err
+
+
+def test_faults_of_the_given_files_are_shown_before_it_serves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    site = tmp_path / "site.yaml"
+    site.write_text("a: [")
+    assert main(["live", "--run", str(RUN), "--site", str(site)]) == Exit.REJECTED
+    assert f"{site}:1:5" in capsys.readouterr().err
+    assert main(["live", "--run", str(tmp_path / "site.yaml")]) == Exit.USAGE
+    assert "is no audit.jsonl: give the output folder" in capsys.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -69,12 +70,31 @@ def test_a_module_that_cannot_be_activated_is_not_installed(capsys: pytest.Captu
     assert capsys.readouterr().out == "no modules installed\n"
 
 
+@pytest.mark.usefixtures("robot")
+def test_an_older_version_is_activated_at_once_where_that_is_allowed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    older = shutil.copytree(BASE / "tidy", tmp_path / "older")
+    manifest = older / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("version: 1.0.0", "version: 0.9.0"))
+    assert run("activate", "--install", str(BASE / "tidy"), "--digest", "sha256:12") == 1
+    assert "does not have the pinned digest" in capsys.readouterr().err
+    assert run("activate", "--install", str(BASE / "tidy")) == 0
+    assert run("activate", "--install", str(older)) == 1
+    assert "give --allow-downgrade" in capsys.readouterr().err
+    assert run("activate", "--install", str(older), "--allow-downgrade") == 0
+    assert "tidy 0.9.0 is active" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("words", "error"),
     [
         ((), "name an installed module, or give `--install SOURCE`"),
         (("tidy", "--install", "tidy"), "name an installed module, or give `--install SOURCE`"),
-        (("tidy", "--bind", "a=b"), "--bind and --set configure a module that `--install` installs"),
+        *(
+            (("tidy", *options), "are for a module that `--install` installs")
+            for options in (("--bind", "a=b"), ("--digest", "sha256:1"), ("--allow-downgrade",))
+        ),
     ],
 )
 @pytest.mark.usefixtures("robot")

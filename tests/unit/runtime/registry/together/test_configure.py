@@ -190,8 +190,9 @@ def test_an_upgrade_keeps_the_settings_that_it_still_declares(
     assert registry.snapshot().modules["tidy"].state is ModuleState.ACTIVE
 
 
+@pytest.mark.parametrize("active", [None, UNCONFIGURED])
 def test_an_upgrade_of_an_active_module_leaves_nothing_open(
-    registry: Registry, folder: Path, write: Author
+    active: ModuleConfiguration | None, registry: Registry, folder: Path, write: Author
 ) -> None:
     registry.install(folder)
     registry.configure("tidy", BENCH)
@@ -200,7 +201,7 @@ def test_an_upgrade_of_an_active_module_leaves_nothing_open(
     manifest = newer / "ecm.yaml"
     manifest.write_text(manifest.read_text().replace("surface", "area"))
     with pytest.raises(UserError) as raised:
-        registry.install(newer)
+        registry.install(newer, active=active)
     (problem,) = raised.value.diagnostics
     assert problem.code == "AE960"
     assert problem.help[1:] == (
