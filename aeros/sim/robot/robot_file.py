@@ -61,7 +61,7 @@ _EFFORT: Final[_Dimensions] = (FORCE * LENGTH, FORCE)
 _STIFFNESS: Final[_Dimensions] = (FORCE * LENGTH * ANGLE**-1, FORCE * LENGTH**-1)
 
 _FARTHEST_SLIDE: Final = 100.0
-"""Greatest position of a prismatic joint, m: a limit beyond it is of a wrong unit, or of a joint that turns."""
+"""Greatest position of a prismatic joint, m: one beyond it is in a wrong unit, or of a joint that turns."""
 
 _ROUNDING: Final = 1e-9
 """Share of a limit by which a site may exceed it, as both are rounded."""
