@@ -127,7 +127,8 @@ def robot_of(site: Site) -> RobotModel:
         The robot.
 
     Raises:
-        UserError: there is no such robot, its file has problems, or the site allows more than its limits.
+        UserError: there is no such robot, its file has problems, or the site allows more than its limits or
+            has a lever that is too short already in the ready posture.
     """
     name = site.robot or REFERENCE_ROBOT
     if name.endswith((".yaml", ".yml")):
@@ -135,7 +136,10 @@ def robot_of(site: Site) -> RobotModel:
     robot = read_robot(name)
     excesses = [] if site.robot is None or site.motion is None else list(_excesses(site.motion, robot))
     if excesses:
-        help_ = (f"keep `motion` of the site inside the limits of `{robot.name}`, or name another `robot`",)
+        help_ = (
+            f"keep `motion` of the site inside the limits of `{robot.name}`, its levers no shorter than its "
+            "links reach, or name another `robot`",
+        )
         line = re.search(r"^robot:[^\n]*", site.span.source.text, re.MULTILINE)
         start, end = (0, 0) if line is None else line.span()
         named = SpanLabel(site.span.source.span(start, end))
@@ -144,7 +148,7 @@ def robot_of(site: Site) -> RobotModel:
 
 
 def _excesses(policy: MotionPolicy, robot: RobotModel) -> Iterator[str]:
-    """Yield the limits of a site that are wider than the robot's, as sentences."""
+    """Yield the limits of a site that are wider than the robot's, and levers too short, as sentences."""
     if len(policy.lowest) != robot.joint_count:
         yield (
             f"the site's motions have {len(policy.lowest)} joints; "
@@ -173,9 +177,15 @@ def _excesses(policy: MotionPolicy, robot: RobotModel) -> Iterator[str]:
                 allowing = f"the site allows a {name.format(joint, unit)} of {float(one):g}"
                 yield f"{allowing}; the robot's limit is {limit:g}"
     levers = () if policy.tracking is None else policy.tracking.levers
-    for joint, (lever, unit) in enumerate(zip(levers, units, strict=False), 1):
-        if unit == "m" and lever < 1:
-            yield f"the site's lever of joint {joint} is {float(lever):g}; it is prismatic and needs 1 m/jpos"
+    columns_of_levers = zip(levers, robot.ready_levers, units, strict=False)
+    for joint, (lever, least, unit) in enumerate(columns_of_levers, 1):
+        if float(lever) < least * (1.0 - _ROUNDING):
+            needs = (
+                "it is prismatic and needs 1 m/jpos"
+                if unit == "m"
+                else f"in the ready posture a link is {least:.3f} m from its axis"
+            )
+            yield f"the site's lever of joint {joint} is {float(lever):g}; {needs}"
 
 
 @cache

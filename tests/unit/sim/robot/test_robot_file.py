@@ -241,6 +241,11 @@ def test_a_site_names_a_file_beside_it(tmp_path: Path, write: Write) -> None:
         ),
         ("[15, 7.5,", "[15, 7.6,", "acceleration of joint 2"),
         ("[7500, 3750,", "[7501, 3750,", "jerk of joint 1"),
+        (
+            "[0.95, 0.95, 0.65,",
+            "[0.95, 0.95, 0.5,",
+            "lever of joint 3 is 0.5; in the ready posture a link is 0.544 m from its axis",
+        ),
     ],
 )
 def test_a_site_that_allows_more_than_its_robot_is_refused(
