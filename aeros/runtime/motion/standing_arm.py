@@ -91,7 +91,11 @@ def with_standing_arm(
 def _check(
     body: RobotBody, other: RobotBody, mount: StandingArm, posture: JointVector, tolerance: JointVector
 ) -> None:
-    """Raise ValueError for numbers with which the arm that stands would be too small or misplaced."""
+    """Check the numbers of an arm that stands.
+
+    Raises:
+        ValueError: with one of them the arm would be too small or misplaced.
+    """
     joints = len(other.dh_rows)
     for name, numbers in (("positions", posture), ("tolerances", tolerance)):
         if len(numbers) != joints or not all(map(isfinite, numbers)):
