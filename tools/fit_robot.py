@@ -47,7 +47,7 @@ _TRIES: Final = 30
 """Postures from which the ready posture is looked for."""
 
 _ROOM: Final = 0.05
-"""Room of the ready posture inside the limits, rad or m."""
+"""Room of the ready posture inside the limits, rad or m; a fourth of the joint's way if that is less."""
 
 _MARGIN: Final = 0.0005
 """Room of a capsule around its link, m: its numbers are rounded to 0.1 mm."""
@@ -83,8 +83,8 @@ def read_chain(root: ElementTree.Element) -> tuple[str, list[Joint]]:
         The name of the base link, and the joints that move from there outwards.
 
     Raises:
-        SystemExit: a link has several such joints, the chain does not begin at one link, or a prismatic joint
-            has no limits.
+        SystemExit: a link has several such joints, the chain does not begin at one link, a prismatic joint
+            has no limits, or a lowest position is not below the highest.
     """
     moving = [one for one in root.iter("joint") if one.get("type") in _MOVING]
     by_parent = {_link_of(one, "parent"): one for one in moving}
@@ -97,24 +97,36 @@ def read_chain(root: ElementTree.Element) -> tuple[str, list[Joint]]:
     joints, link = [], bases[0]
     while link in by_parent:
         one = by_parent[link]
-        axis, limit = one.find("axis"), one.find("limit")
-        slides = one.get("type") == "prismatic"
-        if slides and limit is None:
-            raise SystemExit(
-                f"the prismatic joint `{one.get('name')}` has no `<limit>` in the URDF; add one, in m"
-            )
+        axis = one.find("axis")
         link = _link_of(one, "child")
         joints.append(
             Joint(
                 link,
                 pose_of(one.find("origin")),
                 np.array([1.0, 0.0, 0.0] if axis is None else numbers_of(axis, "xyz", "1 0 0")),
-                -pi if limit is None else number_of(limit, "lower", str(-pi)),
-                pi if limit is None else number_of(limit, "upper", str(pi)),
-                slides,
+                *_range_of(one),
+                one.get("type") == "prismatic",
             )
         )
     return bases[0], joints
+
+
+def _range_of(joint: ElementTree.Element) -> tuple[float, float]:
+    """Read the lowest and the highest position of a joint, rad or m; a turn of -pi to pi without limits."""
+    limit, name, kind = joint.find("limit"), joint.get("name"), joint.get("type")
+    if kind == "prismatic" and limit is None:
+        raise SystemExit(f"the prismatic joint `{name}` has no `<limit>` in the URDF; add one, in m")
+    if kind == "continuous" or limit is None:
+        return -pi, pi
+    # URDF has 0 for a limit that is left out; of an angle nobody means it.
+    most = 0.0 if kind == "prismatic" else pi
+    lowest, highest = number_of(limit, "lower", str(-most)), number_of(limit, "upper", str(most))
+    if not lowest < highest:
+        raise SystemExit(
+            f"the limits of the joint `{name}` in the URDF are {lowest:g} and {highest:g}; write `lower` and "
+            "`upper`, the lower one first"
+        )
+    return lowest, highest
 
 
 def denavit_hartenberg(joints: list[Joint]) -> tuple[Rows, list[Points]]:
@@ -258,7 +270,8 @@ def ready_posture(rows: Rows, flange: float, turn: float, lowest: Points, highes
     mountings = [mounting_of(row) for row in rows]
     tool, (c, s) = (0.0, 0.0, flange + reference_robot().hand.tool), (cos(turn), sin(turn))
     random = np.random.default_rng(0)
-    inner, outer = lowest + _ROOM, highest - _ROOM
+    margin = np.minimum(_ROOM, (highest - lowest) / 4.0)
+    inner, outer = lowest + margin, highest - margin
     best: Points | None = None
 
     def miss(q: Points, place: Points) -> Points:

@@ -25,9 +25,8 @@ def robot_description(name: str, body: RobotBody, joints: Sequence[str]) -> str:
     """Describe a robot as URDF.
 
     Joints that turn are `continuous`, as a plan does not state their limits. URDF has no joint that slides
-    without
-    limits: prismatic joints get wide ones. Links have the balls that enclose them,
-    and neither meshes nor masses.
+    without limits: prismatic joints get wide ones. Links have the balls that enclose them, and neither meshes
+    nor masses.
 
     Args:
         name: Name of the robot.

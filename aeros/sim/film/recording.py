@@ -14,7 +14,7 @@ from math import ceil, hypot
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.kinematic_chain import Row
+from aeros.kinematic_chain import PRISMATIC, Row
 from aeros.sim.engine.people import PersonFigure
 from aeros.sim.geometry import Camera, Pose, Vector3, camera_axes
 from aeros.sim.pictures.visual_shapes import SHAPE_KINDS, VisualShape
@@ -76,7 +76,7 @@ class RobotFigure:
 
     Attributes:
         name: name of the robot.
-        rows: modified Denavit-Hartenberg parameters of each joint (m, rad, m, and rad if there is a fourth).
+        rows: modified Denavit-Hartenberg parameters of each joint.
         hulls: of each link its name, number of the joint that moves it, and corners in that joint's frame, m.
         flange: distance of the hand from the last joint's frame, m.
         turn: angle by which the hand is mounted turned, rad.
@@ -473,11 +473,13 @@ def _vector(content: Iterable[Any], least: float = -_GREATEST, most: float = _GR
 
 
 def _row(content: Iterable[Any]) -> Row:
-    numbers = [*_numbers(content)]
-    if len(numbers) == 4:
-        a, alpha, d, zero = numbers
-        return (a, alpha, d, zero)
-    return _vector(numbers)
+    a, alpha, d, *others = _numbers(content)
+    if not others:
+        return (a, alpha, d)
+    zero, *kind = others
+    if kind not in ([], [PRISMATIC]):
+        raise ValueError(f"a joint of no known kind: {kind}")
+    return (a, alpha, d, zero, PRISMATIC) if kind else (a, alpha, d, zero)
 
 
 def _pair(content: Iterable[Any]) -> tuple[float, float]:

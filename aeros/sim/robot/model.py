@@ -7,11 +7,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import hypot
 from typing import Final
 
 import numpy as np
 
-from aeros.kinematic_chain import Mounting, is_prismatic, mounting_of, zero_angle
+from aeros.kinematic_chain import (
+    Mounting,
+    frames_of,
+    is_prismatic,
+    mounting_of,
+    point_derivative,
+    zero_angle,
+)
 from aeros.runtime.ports import RobotBody, Vec3
 from aeros.sim.robot.body import Capsule
 from aeros.sim.robot.limits import JointLimits, ToolPointLimits, Vector
@@ -210,6 +218,20 @@ class RobotModel:
     def highest_solution(self) -> Vector:
         """Highest joint positions that inverse kinematics gives (n,), rad or m."""
         return self.limits.highest - _LIMIT_MARGIN
+
+    @cached_property
+    def ready_levers(self) -> tuple[float, ...]:
+        """Greatest distance of a link from each axis in the ready posture, m; 1 for a prismatic joint.
+
+        Other postures may have longer ones.
+        """
+        frames, levers = frames_of(self.mountings, self.postures.ready.tolist()), [0.0] * self.joint_count
+        for hull in self.body.hulls:
+            for corner in map(frames[hull.joint].to_base, hull.corners):
+                for joint in range(hull.joint):
+                    moved = point_derivative(frames[joint + 1], self.mountings[joint], corner)
+                    levers[joint] = max(levers[joint], hypot(*moved))
+        return tuple(levers)
 
     @cached_property
     def hand_rotation(self) -> Vector:

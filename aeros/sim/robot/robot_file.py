@@ -48,6 +48,8 @@ GROUP: Final = "aeros.robots"
 REFERENCE_ROBOT: Final = "panda"
 """Name of the robot of the reference site, and of sites that name none."""
 
+_ABOVE_0: Final = "write a number above 0"
+
 _SPEED: Final = LENGTH * TIME**-1
 _TURNING: Final = ANGLE * TIME**-1
 
@@ -57,6 +59,9 @@ _Dimensions = tuple[Dimension, Dimension]
 _POSITION: Final[_Dimensions] = (ANGLE, LENGTH)
 _EFFORT: Final[_Dimensions] = (FORCE * LENGTH, FORCE)
 _STIFFNESS: Final[_Dimensions] = (FORCE * LENGTH * ANGLE**-1, FORCE * LENGTH**-1)
+
+_FARTHEST_SLIDE: Final = 100.0
+"""Greatest position of a prismatic joint, m: one beyond it is in a wrong unit, or of a joint that turns."""
 
 _ROUNDING: Final = 1e-9
 """Share of a limit by which a site may exceed it, as both are rounded."""
@@ -122,7 +127,8 @@ def robot_of(site: Site) -> RobotModel:
         The robot.
 
     Raises:
-        UserError: there is no such robot, its file has problems, or the site allows more than its limits.
+        UserError: there is no such robot, its file has problems, or the site allows more than its limits or
+            has a lever that is too short already in the ready posture.
     """
     name = site.robot or REFERENCE_ROBOT
     if name.endswith((".yaml", ".yml")):
@@ -130,7 +136,10 @@ def robot_of(site: Site) -> RobotModel:
     robot = read_robot(name)
     excesses = [] if site.robot is None or site.motion is None else list(_excesses(site.motion, robot))
     if excesses:
-        help_ = (f"keep `motion` of the site inside the limits of `{robot.name}`, or name another `robot`",)
+        help_ = (
+            f"keep `motion` of the site inside the limits of `{robot.name}`, its levers no shorter than its "
+            "links reach, or name another `robot`",
+        )
         line = re.search(r"^robot:[^\n]*", site.span.source.text, re.MULTILINE)
         start, end = (0, 0) if line is None else line.span()
         named = SpanLabel(site.span.source.span(start, end))
@@ -139,7 +148,7 @@ def robot_of(site: Site) -> RobotModel:
 
 
 def _excesses(policy: MotionPolicy, robot: RobotModel) -> Iterator[str]:
-    """Yield the limits of a site that are wider than the robot's, as sentences."""
+    """Yield the limits of a site that are wider than the robot's, and levers too short, as sentences."""
     if len(policy.lowest) != robot.joint_count:
         yield (
             f"the site's motions have {len(policy.lowest)} joints; "
@@ -168,9 +177,15 @@ def _excesses(policy: MotionPolicy, robot: RobotModel) -> Iterator[str]:
                 allowing = f"the site allows a {name.format(joint, unit)} of {float(one):g}"
                 yield f"{allowing}; the robot's limit is {limit:g}"
     levers = () if policy.tracking is None else policy.tracking.levers
-    for joint, (lever, unit) in enumerate(zip(levers, units, strict=False), 1):
-        if unit == "m" and lever < 1:
-            yield f"the site's lever of joint {joint} is {float(lever):g}; it is prismatic and needs 1 m/jpos"
+    columns_of_levers = zip(levers, robot.ready_levers, units, strict=False)
+    for joint, (lever, least, unit) in enumerate(columns_of_levers, 1):
+        if float(lever) < least * (1.0 - _ROUNDING):
+            needs = (
+                "it is prismatic and needs 1 m/jpos"
+                if unit == "m"
+                else f"in the ready posture a link is {least:.3f} m from its axis"
+            )
+            yield f"the site's lever of joint {joint} is {float(lever):g}; {needs}"
 
 
 @cache
@@ -256,6 +271,15 @@ class _RobotReader:
                     f"{high:g}"
                 )
                 self._report(text, limits.highest.span, "exchange them, or correct the unit")
+        for column, values in ((limits.lowest, lowest), (limits.highest, highest)):
+            for joint, (value, slides) in enumerate(zip(values.tolist(), self._slides, strict=False), 1):
+                if slides and abs(value) > _FARTHEST_SLIDE:
+                    self._report(
+                        f"joint {joint} is prismatic, and its limit of {value:g} m is beyond "
+                        f"{_FARTHEST_SLIDE:g} m",
+                        column.values[joint - 1].span,
+                        "correct it or `prismatic_unit`, or `joint` of its row if it turns",
+                    )
         return JointLimits(
             lowest,
             highest,
@@ -283,6 +307,7 @@ class _RobotReader:
         for name, row in rows:
             if len(row) != self._joints:
                 self._wrong_count(name, len(row), postures.span)
+        self._not_negative(*postures.lean)
         ready = self._column(postures.ready, _POSITION, signed=True)
         ready.flags.writeable = False
         lean, *search = (np.array([_float(one) for one in row]) for _, row in rows)
@@ -304,6 +329,7 @@ class _RobotReader:
         for link in dynamics.links:
             if link.mass.value <= 0 or min(one.value for one in link.inertia[:3]) <= 0:
                 self._report("a link without mass or moment of inertia", link.span, "give it more than 0")
+        self._not_negative(dynamics.armature, dynamics.damping, dynamics.dry_friction)
         masses = tuple(
             LinkMass(_float(one.mass), _point(one.centre), tuple(_float(part) for part in one.inertia))
             for one in dynamics.links
@@ -318,9 +344,10 @@ class _RobotReader:
         if expected is None:
             self._report(f"there is no link `{name}`", one.span, f"name one of {', '.join(self._links)}")
         elif joint != expected:
-            self._report(f"`{name}` is moved by {expected} joints, not by {joint}", one.joint.span)
+            headline = f"`{name}` is moved by {expected} joints, not by {joint}"
+            self._report(headline, one.joint.span, f"write `joint: {expected}`")
         if one.radius.value <= 0:
-            self._report(f"the radius of `{name}` is not above 0 m", one.radius.span)
+            self._report(f"the radius of `{name}` is not above 0 m", one.radius.span, _ABOVE_0)
         radius = _float(one.radius) if one.radius.value > 0 else 1.0
         return Capsule(name, joint, _point(one.a), _point(one.b), radius)
 
@@ -386,7 +413,7 @@ class _RobotReader:
             self._wrong_count("this column", len(column.values), column.span)
         for one in column.values:
             if not signed and one.value <= 0:
-                self._report(f"`{one.node.text}` is not above 0", one.span)
+                self._report(f"`{one.node.text}` is not above 0", one.span, _ABOVE_0)
         pairs = zip(column.values, self._slides, strict=False)
         return np.array(
             [float(one.value if (unit := units[s]) is None else unit.to_si(one.value)) for one, s in pairs],
@@ -396,21 +423,27 @@ class _RobotReader:
     def _unit(self, text: TextField, dimension: Dimension) -> Unit | None:
         unit = elaborate_unit(text, self._diagnostics)
         if unit is not None and unit.dimension != dimension:
-            self._report(f"expected a unit of {dimension}, found `{text.value}`", text.span)
+            headline = f"expected a unit of {dimension}, found `{text.value}`"
+            self._report(headline, text.span, f"write `{dimension}` or another unit of this dimension")
         return unit
 
     def _quantity(self, text: TextField, dimension: Dimension, *, signed: bool = False) -> float:
         value = elaborate_quantity(text, dimension, self._diagnostics)
         if value is not None and value <= 0 and not signed:
-            self._report(f"`{text.value}` is not above 0", text.span)
+            self._report(f"`{text.value}` is not above 0", text.span, _ABOVE_0)
         return 1.0 if value is None else float(value)
+
+    def _not_negative(self, *numbers: NumberField) -> None:
+        for one in numbers:
+            if one.value < 0:
+                self._report(f"`{one.node.text}` is below 0", one.span, "write 0 or more")
 
     def _wrong_count(self, name: str, count: int, span: SourceSpan) -> None:
         headline = f"{name} has {count} values; the chain has {self._joints} joints"
         self._report(headline, span, "give one value for each joint, from the base outwards")
 
-    def _report(self, headline: str, span: SourceSpan, *help_: str) -> None:
-        self._diagnostics.error("AE208", headline, span, help=help_)
+    def _report(self, headline: str, span: SourceSpan, cure: str) -> None:
+        self._diagnostics.error("AE208", headline, span, help=(cure,))
 
 
 def _check_ready_posture(model: RobotModel, file: declared.Robot, diagnostics: Diagnostics) -> None:

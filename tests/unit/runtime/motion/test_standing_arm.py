@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf, nan
 from random import Random
 
 import numpy as np
@@ -79,6 +80,10 @@ def test_a_clear_motion_keeps_off_a_standing_arm_anywhere_within_its_tolerance()
     assert min(seen.values()) >= 2
 
 
+def placed(**axes: Vec3) -> StandingArm:
+    return StandingArm("left_", ORIGIN._replace(**axes))
+
+
 def test_an_arm_that_turns_into_the_other_is_found_and_alone_it_is_free() -> None:
     reaching = (0.0, 0.6, 0.0, -1.6, 0.0, 2.2, 0.8)
     turned = (1.6, *reaching[1:])
@@ -119,11 +124,29 @@ def test_a_barrier_is_kept_off_by_the_standing_arm_too() -> None:
     assert breach.link == "left_arm"
 
 
+AT_BASE = StandingArm("left_", ORIGIN)
+
+
 @pytest.mark.parametrize(
-    ("prefix", "posture", "tolerance"), [("", (0.0,), (0.0,)), ("left_", (), (0.0,)), ("left_", (0.0,), ())]
+    ("mount", "posture", "tolerance", "message"),
+    [
+        (StandingArm("", ORIGIN), (0.0,), (0.0,), "both arms have a link `arm`"),
+        (AT_BASE, (), (0.0,), "1 finite positions are needed"),
+        (AT_BASE, (nan,), (0.0,), "1 finite positions are needed"),
+        (AT_BASE, (0.0,), (), "1 finite tolerances are needed"),
+        (AT_BASE, (0.0,), (nan,), "1 finite tolerances are needed"),
+        (AT_BASE, (0.0,), (-0.1,), "a tolerance of -0.1 is below 0"),
+        (StandingArm("left_", ORIGIN, 2), (0.0,), (0.0,), "no 2 joints carry the arm: the moving arm has 1"),
+        (StandingArm("left_", ORIGIN, -1), (0.0,), (0.0,), "no -1 joints carry the arm"),
+        (placed(origin=(0.0, inf, 0.0)), (0.0,), (0.0,), "is no rotation and translation"),
+        (placed(x=(0.5, 0.0, 0.0)), (0.0,), (0.0,), "is no rotation and translation"),
+        (placed(z=(0.0, 0.0, -1.0)), (0.0,), (0.0,), "is no rotation and translation"),
+        (placed(y=(nan, 1.0, 0.0)), (0.0,), (0.0,), "is no rotation and translation"),
+        (placed(x=(0.8, 0.6, 0.0)), (0.0,), (0.0,), "is no rotation and translation"),
+    ],
 )
-def test_links_of_one_name_and_numbers_that_are_missing_are_refused(
-    prefix: str, posture: JointVector, tolerance: JointVector
+def test_numbers_that_would_make_the_standing_arm_too_small_or_misplace_it_are_refused(
+    mount: StandingArm, posture: JointVector, tolerance: JointVector, message: str
 ) -> None:
-    with pytest.raises(ValueError, match=r"both arms have a link `arm`|argument|tolerances for"):
-        with_standing_arm(ONE, ONE, StandingArm(prefix, ORIGIN), posture, tolerance)
+    with pytest.raises(ValueError, match=message):
+        with_standing_arm(ONE, ONE, mount, posture, tolerance)

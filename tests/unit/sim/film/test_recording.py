@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from aeros.kinematic_chain import PRISMATIC
 from aeros.sim.film.recording import RecordingError, encode_sample, encode_stage, read_recording
 from tests.unit.sim.film.recordings import STAGE, samples
 
@@ -28,9 +29,12 @@ def test_a_recording_is_read_as_it_was_written(tmp_path: Path) -> None:
     assert read.samples == samples(4)
 
 
-def test_a_joint_that_counts_from_elsewhere_is_kept(tmp_path: Path) -> None:
+@pytest.mark.parametrize("others", [(0.25,), (0.25, PRISMATIC)])
+def test_a_joint_that_slides_or_counts_from_elsewhere_is_kept(
+    others: tuple[float, ...], tmp_path: Path
+) -> None:
     *rows, last = STAGE.robot.rows
-    stage = replace(STAGE, robot=replace(STAGE.robot, rows=(*rows, (*last[:3], 0.25))))
+    stage = replace(STAGE, robot=replace(STAGE.robot, rows=(*rows, (*last[:3], *others))))  # type: ignore[arg-type]
     path = tmp_path / "poses.jsonl"
     path.write_text(encode_stage(stage) + encode_sample(samples(1)[0], None), encoding="utf-8")
     assert read_recording(path).stage == stage
@@ -138,6 +142,9 @@ def test_values_out_of_bounds_are_refused_with_line_cause_and_cure(tmp_path: Pat
         (_first(view__eye=list(STAGE.view.target)), "a camera at its target"),
         (_first(robot__hulls__0__2=[]), "hull of `foot`: it has no corners"),
         (_first(robot__hulls__0__1=-1), "`-1` is no joint"),
+        (_first(robot__rows__0=[0.0, 0.0]), "line 1: "),
+        (_first(robot__rows__0=[0.0] * 5), "a joint of no known kind"),
+        (_first(robot__rows__0=[0.0] * 4 + [1.0] * 2), "a joint of no known kind"),
         (_first(robot__urdf="plane.obj"), "`plane.obj` is no URDF file"),
         (_first(robot__carriage=[1, 1, -1]), "`-1` is no number from 0"),
         (_first(**{SHAPE + "__1": [0.1, -1, 0.1]}), "`-1` is no number from 0"),

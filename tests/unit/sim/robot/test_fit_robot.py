@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from aeros.kinematic_chain import frames_of, is_prismatic, mounting_of, zero_angle
+from aeros.kinematic_chain import PRISMATIC, frames_of, is_prismatic, mounting_of, zero_angle
 from aeros.sim.bullet.client import DATA, bullet
 from tools.fit_link_hulls import Points
 from tools.fit_robot import Joint, denavit_hartenberg, main, read_chain, ready_posture
@@ -98,6 +98,41 @@ def test_a_prismatic_joint_without_limits_is_refused() -> None:
     joint = '<joint name="j1" type="prismatic"><parent link="a"/><child link="b"/></joint>'
     with pytest.raises(SystemExit, match="prismatic joint `j1` has no `<limit>`"):
         read_chain(ElementTree.fromstring(f"<robot>{joint}</robot>"))  # noqa: S314  text of this test
+
+
+def _limited(kind: str, limit: str) -> Joint:
+    """The joint of a URDF of one."""
+    joint = f'<joint name="j1" type="{kind}"><parent link="a"/><child link="b"/><limit {limit}/></joint>'
+    _, (found,) = read_chain(ElementTree.fromstring(f"<robot>{joint}</robot>"))  # noqa: S314
+    return found
+
+
+@pytest.mark.parametrize(
+    ("kind", "limit"),
+    [
+        ("prismatic", 'lower="0.3" upper="-0.3"'),
+        ("prismatic", 'effort="1"'),
+        ("revolute", 'lower="1" upper="1"'),
+    ],
+)
+def test_limits_without_room_between_them_are_refused(kind: str, limit: str) -> None:
+    with pytest.raises(SystemExit, match=r"joint `j1` in the URDF are .*; write `lower` and `upper`"):
+        _limited(kind, limit)
+
+
+def test_limits_that_are_left_out_are_those_of_urdf() -> None:
+    assert _limited("prismatic", 'upper="0.3"')[3:5] == (0.0, 0.3)
+    assert _limited("continuous", 'lower="0" upper="0"')[3:5] == (-np.pi, np.pi)
+
+
+def test_a_short_way_of_a_prismatic_joint_has_room_for_a_ready_posture() -> None:
+    _, joints = read_chain(read_urdf(XARM))
+    rows, _ = denavit_hartenberg(joints)
+    lowest, highest = (np.array([getattr(one, end) for one in joints]) for end in ("lowest", "highest"))
+    lift = ((0.0, 0.0, 0.0, 0.0, PRISMATIC), *rows)
+    ready = ready_posture(lift, 0.045, 0.0, np.array([0.0, *lowest]), np.array([0.08, *highest]))
+    assert ready is not None
+    assert 0.02 <= ready[0] <= 0.06
 
 
 def test_a_joint_between_parallel_axes_gets_the_angle_at_its_position_zero() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, pi, sin
+from math import cos, dist, pi, sin
 
 import numpy as np
 import pytest
@@ -24,6 +24,18 @@ def test_the_constants_of_the_chain_are_those_of_its_rows() -> None:
         assert sines[place, 0] == pytest.approx(sin(twist))
         expected = (length, -sin(twist) * offset, cos(twist) * offset)
         assert PANDA.joint_origins[place, 0, :, 0] == pytest.approx(expected)
+
+
+def test_levers_in_the_ready_posture_are_distances_of_corners_from_axes() -> None:
+    q, step = PANDA.postures.ready, 1e-6
+    for joint, lever in enumerate(PANDA.ready_levers):
+        before, after = (frames_of(PANDA.mountings, (q + x * np.eye(7)[joint]).tolist()) for x in (0.0, step))
+        moved = [
+            dist(before[hull.joint].to_base(corner), after[hull.joint].to_base(corner)) / step
+            for hull in PANDA.body.hulls
+            for corner in hull.corners
+        ]
+        assert max(moved) == pytest.approx(lever, rel=1e-4)
 
 
 def test_the_hand_is_turned_about_the_last_joints_axis() -> None:

@@ -186,6 +186,14 @@ def _crossed_limits(file: Any) -> None:
     file["limits"]["lowest"]["values"][0] = 0.5
 
 
+def _endless_rail(file: Any) -> None:
+    file["limits"]["highest"]["values"][0] = 1e9
+
+
+def _elbow_that_slides(file: Any) -> None:
+    file["chain"][3]["joint"] = "prismatic"
+
+
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
@@ -196,6 +204,8 @@ def _crossed_limits(file: Any) -> None:
         (_unknown_kind, "linear"),
         (_only_prismatic, "no joint of the chain turns"),
         (_crossed_limits, "of joint 1, 0.5 m, is not below its highest, 0.4"),
+        (_endless_rail, "joint 1 is prismatic, and its limit of 1e+09 m is beyond 100 m"),
+        (_elbow_that_slides, "joint 4 is prismatic, and its limit of -170 m is beyond 100 m"),
     ],
 )
 def test_a_wrong_kind_or_unit_is_refused(edit: Edit, message: str, tmp_path: Path) -> None:

@@ -108,6 +108,8 @@ def test_units_are_converted(write: Write) -> None:
         ("link: link3, joint: 3", "link: link3, joint: 4", "AE208", "moved by 3 joints, not by 4", "4"),
         ("radius: 0.0755", "radius: 0", "AE208", "the radius of `link6` is not above 0 m", "0"),
         ("mass: 4.970684", "mass: 0", "AE208", "a link without mass", "mass"),
+        ("lean: [0, 1,", "lean: [0, -1,", "AE208", "`-1` is below 0", "-1"),
+        ("armature: 0.1", "armature: -0.1", "AE208", "`-0.1` is below 0", "-0.1"),
         ("lean: [0, 1,", "lean: [1,", "AE208", "`lean` has 6 values", "ready"),
         ("- [0, 0.6, 0,", "- [0.6, 0,", "AE208", "a row of `search` has 6 values", "ready"),
         ("joints: [panda_joint1, ", "joints: [", "AE208", "`joints` has 6 values", "path"),
@@ -122,6 +124,7 @@ def test_a_fault_has_its_place_and_its_cause(
     found = faults_of(write(old, new))[0]
     assert found.code == code
     assert cause in found.headline
+    assert found.help or code != "AE208"
     name, line, there = place_of(found)
     assert name == "arm.yaml"
     assert there.startswith(text)
@@ -238,6 +241,11 @@ def test_a_site_names_a_file_beside_it(tmp_path: Path, write: Write) -> None:
         ),
         ("[15, 7.5,", "[15, 7.6,", "acceleration of joint 2"),
         ("[7500, 3750,", "[7501, 3750,", "jerk of joint 1"),
+        (
+            "[0.95, 0.95, 0.65,",
+            "[0.95, 0.95, 0.5,",
+            "lever of joint 3 is 0.5; in the ready posture a link is 0.544 m from its axis",
+        ),
     ],
 )
 def test_a_site_that_allows_more_than_its_robot_is_refused(
