@@ -347,7 +347,7 @@ class _Cover(_CoveredWords):
             and (self._last is self._triggers or at + 1 == len(self._words))
         ):
             return 1
-        if word == "of" and self._last is self._triggers and bool(self._triggers):
+        if word == "of" and self._triggers and self._last is self._triggers:
             return 1  # `delivery of the can`
         if word == "to" and self._last is self._entry.extras:
             # `use the brush to sweep it`

@@ -411,7 +411,11 @@ def check_scopes(sentence: Sentence) -> Sentence:
 
 
 def _require_no_contradiction(condition: Segment, governed: Sentence) -> None:
-    """Refuse `bring the can if the table is dirty, either way`."""
+    """Require that no request of a condition is to be done in any case.
+
+    Raises:
+        InstructionError: one is, as in `bring the can if the table is dirty, either way`.
+    """
     for segment in governed:
         if always := english.IN_ANY_CASE.ending(segment.closers):
             raise InstructionError(f"{quoted(condition.text)} contradicts {quoted(' '.join(always))}")
