@@ -90,8 +90,6 @@ class _CoveredWords:
         self._names_all = False
         self._describes_place = False
         self._last: object = None
-        two_words = (phrase for phrase in entry.triggers if len(phrase) == 2)
-        self._particles = {phrase[-1] for phrase in two_words} & english.PARTICLES
 
     def result(self) -> Coverage:
         """Return the coverage after `run`."""
@@ -262,7 +260,7 @@ class _Cover(_CoveredWords):
             return len(whole)
         if word == "there" and self._knows_pronoun:
             return 1
-        if word in self._particles and self._triggers and self._objects:
+        if word in self._entry.particles and self._triggers and self._objects:
             # Apart from its verb, as in `tidy the table up`; `to the back` is a place.
             verbs = {
                 form
@@ -349,7 +347,7 @@ class _Cover(_CoveredWords):
             and (self._last is self._triggers or at + 1 == len(self._words))
         ):
             return 1
-        if word == "of" and self._last is self._triggers and bool(self._triggers):
+        if word == "of" and self._triggers and self._last is self._triggers:
             return 1  # `delivery of the can`
         if word == "to" and self._last is self._entry.extras:
             # `use the brush to sweep it`

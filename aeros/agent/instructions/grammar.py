@@ -170,6 +170,8 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
         segments[1] = replace(segments[1], link=Link.AFTER if comes_later else Link.THEN)
     if segments[0].mood is Mood.REQUEST:
         _require_request(whole, tokens, is_question=is_question, has_reason=bool(reasons))
+    if segments[-1].mood is Mood.CONDITION:
+        segments[-1] = replace(segments[-1], closers=without_commas(closers))
     closers = closers[: closers.index(COMMA)] if COMMA in closers else closers
     if segments[-1].mood is Mood.REQUEST:
         segments[-1] = replace(segments[-1], closers=segments[-1].closers + closers)
@@ -362,6 +364,12 @@ def check_scopes(sentence: Sentence) -> Sentence:
             )
         if segment.mood is Mood.PROHIBITION and segment.joint.split()[:1] == ["before"]:
             raise InstructionError(f"{quoted(f'{segment.joint} {segment.text}')} says no order")
+        is_second = before.mood is segment.mood is Mood.REQUEST
+        if is_second and before.openers[:1] in _IF and segment.joint == COMMA:
+            # `if you find the time to wipe the table, bring the can`
+            raise InstructionError(
+                f"is {quoted(segment.text)} wanted in any case? join it by `and`, or say it apart"
+            )
         if before.mood is Mood.PROHIBITION and segment.mood is Mood.REQUEST:
             ends_itself = before.marker[:2] in _BOUNDED and segment.joint == COMMA
             # `stop making tea and clean the table`
@@ -385,6 +393,8 @@ def check_scopes(sentence: Sentence) -> Sentence:
     ends_first = conditions == [1] and all(one.link is Link.THEN for one in sentence[2:])
     # `clean it if it is dirty, and cook in any case`
     ends_first |= conditions == [1] and all(english.IN_ANY_CASE.ending(one.closers) for one in sentence[2:])
+    if conditions and sentence[conditions[0]].marker not in english.CONCESSIONS:
+        _require_no_contradiction(sentence[conditions[0]], sentence[:2] if ends_first else sentence)
     is_certain = leads_last or ends_last or (ends_first and sentence[1].link is Link.ADJUNCT)
     if len(conditions) > 1 or (conditions and requests > 1 and not is_certain):
         first = sentence[conditions[0]]
@@ -400,6 +410,18 @@ def check_scopes(sentence: Sentence) -> Sentence:
     return sentence
 
 
+def _require_no_contradiction(condition: Segment, governed: Sentence) -> None:
+    """Require that no request of a condition is to be done in any case.
+
+    Raises:
+        InstructionError: one is, as in `bring the can if the table is dirty, either way`.
+    """
+    for segment in governed:
+        if always := english.IN_ANY_CASE.ending(segment.closers):
+            raise InstructionError(f"{quoted(condition.text)} contradicts {quoted(' '.join(always))}")
+
+
+_IF: Final = (("if",), ("when",), ("whenever",))
 _BEFORE_GERUND: Final = (("skip",), ("stop",), ("quit",), ("cease",), ("avoid",), ("without",))
 _BOUNDED: Final = frozenset(
     {

@@ -28,13 +28,17 @@ _MAX_EXTRA: Final = 24
 _MAX_LISTS: Final = 1 << 8
 """Lists of phrases that are kept with what is made of them: each instruction is read by the same few."""
 
+_MAX_MODULES: Final = 8
+"""Sets of modules whose phrases are kept: the active ones and the installed ones."""
 
 _FULL_DETERMINERS: Final = english.DETERMINERS - english.PARTIAL_DETERMINERS
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class TaskPhrases:
     """A task with its declared phrases as words, longest first.
+
+    Equal to itself alone, so that it is a fast key of caches.
 
     Attributes:
         routed: the task.
@@ -43,6 +47,7 @@ class TaskPhrases:
         extras: phrases that may be said with it and change nothing.
         values: phrases for values of its parameters.
         states: adjectives of its conditions that may stand before its object: `the dirty table`.
+        particles: particles of its verbs of two words, which may stand apart: `tidy the table up`.
     """
 
     routed: RoutedTask
@@ -51,10 +56,13 @@ class TaskPhrases:
     extras: tuple[Words, ...]
     values: tuple[ValuePhrase, ...] = ()
     states: frozenset[str] = frozenset()
-    _indexes: tuple[tuple[tuple[Words, ...], _Index], ...] = field(init=False, repr=False, compare=False)
+    particles: frozenset[str] = field(init=False, repr=False)
+    _indexes: tuple[tuple[tuple[Words, ...], _Index], ...] = field(init=False, repr=False)
     """Triggers, objects and extras, each list with its index."""
 
     def __post_init__(self) -> None:
+        ends = {phrase[-1] for phrase in self.triggers if len(phrase) == 2}
+        object.__setattr__(self, "particles", frozenset(ends & english.PARTICLES))
         lists = (self.triggers, self.objects, self.extras)
         object.__setattr__(self, "_indexes", tuple((one, _by_first_word(one)) for one in lists))
 
@@ -143,8 +151,30 @@ def task_phrases(modules: Mapping[str, Ecm]) -> tuple[TaskPhrases, ...]:
         modules: modules by id.
 
     Returns:
-        One entry for each task.
+        One entry for each task; the same ones for the same modules.
     """
+    return _collected(_SameModules(tuple(modules.items())))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _SameModules:
+    """Modules by id, as a key of a cache: compared by identity, as modules never change and have no hash."""
+
+    modules: tuple[tuple[str, Ecm], ...]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _SameModules) and self._identities == other._identities
+
+    def __hash__(self) -> int:
+        return hash(self._identities)
+
+    @property
+    def _identities(self) -> tuple[tuple[str, int], ...]:
+        return tuple((name, id(module)) for name, module in self.modules)
+
+
+@lru_cache(maxsize=_MAX_MODULES)
+def _collected(same: _SameModules) -> tuple[TaskPhrases, ...]:
     return tuple(
         TaskPhrases(
             RoutedTask(name, task),
@@ -154,7 +184,7 @@ def task_phrases(modules: Mapping[str, Ecm]) -> tuple[TaskPhrases, ...]:
             value_phrases(task),
             _states(task),
         )
-        for name, module in modules.items()
+        for name, module in same.modules
         for task in module.tasks.values()
     )
 

@@ -165,17 +165,22 @@ def require_no_other_one(before: Request, request: Request, segment: Segment) ->
         raise InstructionError(f"is {quoted(segment.text)} wanted beside that, or instead?")
 
 
-def require_no_other_number(request: Request, segment: Segment) -> None:
-    """Require that a request that says the same as the one before asks for no more of a kind.
+def require_no_other_number(errands: Sequence[Errand], request: Request, segment: Segment) -> None:
+    """Require that a request asks for no more of a kind than those before.
 
     Args:
+        errands: the requests before.
         request: the request.
         segment: its words.
 
     Raises:
-        InstructionError: it may, as in `make a tea for me, and make a tea for Ben`.
+        InstructionError: it may, as in `make a tea for me, and make two for Ben`.
     """
-    if not request.only_refers and counted_parameter(request.errand.routed.task) is not None:
+    routed, has_condition = request.errand.routed, request.errand.condition is not None
+    is_again = any((one.routed.module, one.routed.task) == (routed.module, routed.task) for one in errands)
+    counted = counted_parameter(routed.task)
+    refers = counted is None or (request.only_refers and counted.name not in request.stated)
+    if is_again and not (refers or has_condition):
         raise InstructionError(
             f"is {quoted(segment.text)} one more, or the same as before? say how many are wanted in all"
         )

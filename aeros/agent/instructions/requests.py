@@ -148,11 +148,12 @@ def _read(
                 if (one.is_whole and (one.starts_with_object or not form.needs_object_first))
                 or (form.words == words and one.repeats(last))
             ] or [one for one in coverages if one.is_whole_without_verb(is_light=segment.is_light)]
-            if may_elide and last is not None and not whole:
+            is_elided = may_elide and last is not None and not whole
+            if is_elided and last is not None:
                 named = [one for one in coverages if has_object_of(one.entry.routed, last)]
                 whole = [one for one in named if one.is_verb_alone]
             if len(whole) == 1:
-                return _with_arguments(segment, whole[0], last)
+                return _with_arguments(segment, whole[0], last, refers=is_elided or whole[0].names_pronoun)
             if whole:
                 raise ambiguous_tasks(segment.text, [one.entry.routed for one in whole])
             refusal = refusal or not_covered(segment, coverages)
@@ -184,8 +185,10 @@ def _follows_as_wish(segment: Segment) -> bool:
     return segment.joint.endswith("followed by") and (is_number or first in english.INDEFINITE)
 
 
-def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | None) -> Request:
-    """Return the task with its arguments; a pronoun stands for the object of the request before.
+def _with_arguments(
+    segment: Segment, coverage: Coverage, last: RoutedTask | None, *, refers: bool
+) -> Request:
+    """Return the task with its arguments; if the words refer to it, of the object of the request before.
 
     Raises:
         AmbiguousInstructionError: an argument may have several values.
@@ -201,7 +204,7 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
     has_part = coverage.values.names_part or (last is not None and is_same and not _is_of_whole(last))
     if coverage.names_that_part and not has_part:
         raise InstructionError(f"{quoted(segment.text)} does not say which part; no part was named before")
-    if last is not None and is_same and coverage.names_pronoun and not coverage.values.is_specific:
+    if last is not None and is_same and refers and not coverage.values.is_specific:
         parameters = routed.task.parameters
         # `the left half is dirty, so clean it`: `it` is that half, if the words say no other part.
         is_part = (

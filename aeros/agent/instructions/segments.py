@@ -59,7 +59,8 @@ class Segment:
         is_new: True if its first words show that it is wanted, even after a prohibition.
         is_perfect: True if its verb is in the perfect, as in `once you have cleaned …`.
         openers: words before those of a request that change nothing in it, unless a task begins with them.
-        closers: words after those of a request that change nothing in it, unless a task ends with them.
+        closers: words after those of a request or condition that change nothing in it, unless a task ends
+            with them.
         is_polite: True if its sentence has a word such as `please`.
         is_light: True if its verb is one that stands for others, such as `do`.
         carried: words of the first request of its sentence that it may go on with, as `have` in `have the

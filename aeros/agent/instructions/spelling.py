@@ -41,7 +41,7 @@ def without_slips(instruction: str, tasks: Sequence[TaskPhrases]) -> tuple[str, 
         a long word, also any wrong letter, and one too many. It never changes the first letter. A word that
         is as near to one that is not corrected, such as that of a side, is left as it is.
     """
-    known, targets = _vocabulary(tasks)
+    known, targets = _vocabulary(tuple(tasks))
     states = _states(tasks)
     conditional = _conditional_at(instruction)
     account: dict[str, str] = {}
@@ -72,7 +72,7 @@ def unknown_words(instruction: str, tasks: Sequence[TaskPhrases]) -> tuple[str, 
     Returns:
         The words in order, each once.
     """
-    known, _ = _vocabulary(tasks)
+    known, _ = _vocabulary(tuple(tasks))
     spoken = dict.fromkeys(normalized_words(instruction))
     return tuple(
         word
@@ -101,7 +101,8 @@ def _begins_condition(spoken: Words, at: int) -> bool:
     return any(one.starting(spoken, at) for one in phrases)
 
 
-def _vocabulary(tasks: Sequence[TaskPhrases]) -> tuple[frozenset[str], tuple[str, ...]]:
+@lru_cache(maxsize=8)
+def _vocabulary(tasks: tuple[TaskPhrases, ...]) -> tuple[frozenset[str], tuple[str, ...]]:
     """Return all words that tasks or the grammar have, and those that slips are corrected to."""
     acts = {word for entry in tasks for word in _act_words(entry.triggers) | words_in(entry.objects)}
     extras = {word for entry in tasks for word in words_in(entry.extras)}

@@ -215,10 +215,9 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
                     errands[-1] = refined.errand
                 elif last and (shared := with_shared_place(last[0], request, segment)):
                     errands[-1:] = [shared.errand, request.errand]
-                elif not errands or errands[-1] != request.errand:
-                    errands.append(request.errand)
                 else:
-                    require_no_other_number(request, segment)
+                    require_no_other_number(errands, request, segment)
+                    errands += [request.errand] if errands[-1:] != [request.errand] else []
                 last = (refined or request, segment)
                 context.append(last[0].errand)
             elif is_universal(segment):

@@ -28,7 +28,7 @@ _SIGNED: Final = re.compile(
     r"(?:[Rr]egards|[Ww]ishes|[Tt]hanks|[Tt]hank you|[Cc]heers|sincerely|truly|[Bb]est)),?"
     r"\s+([A-Z][a-z]+)[.!]?\s*$"
 )
-_NO_NAMES: Final = frozenset(
+NO_NAMES: Final = frozenset(
     {
         *(
             "monday",
@@ -75,7 +75,7 @@ def without_names(instruction: str, is_known: Callable[[str], bool]) -> tuple[st
 
     def is_name(word: str) -> bool:
         spoken = normalized_words(word)
-        return len(spoken) == 1 and spoken[0] not in _NO_NAMES and not is_known(spoken[0])
+        return len(spoken) == 1 and spoken[0] not in NO_NAMES and not is_known(spoken[0])
 
     def replaced(match: re.Match[str], name: str, other: str) -> str:
         if not is_name(name):

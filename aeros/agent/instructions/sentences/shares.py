@@ -9,6 +9,7 @@ from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.segments import COLON, COMMA
+from aeros.agent.instructions.sentences.names import NO_NAMES
 from aeros.spec.diagnostics.codes import quoted
 
 _ONE: Final = frozenset({"a", "an", "another", "one"})
@@ -19,10 +20,10 @@ _TOGETHER: Final = ("and", "that", "is", "so")
 """Words between a number and its shares: `two teas, that is, one for me and one for Ben`."""
 
 _MAX_NOUN: Final = 3
-_MAX_RECEIVER: Final = 4
+_DETERMINERS: Final = english.DETERMINERS | english.POSSESSIVES
 _NUMBERS: Final = {2: "two", 3: "three", 4: "four", 5: "five"}
 _RECEIVERS: Final = frozenset({"me", "us", "him", "her", "them"})
-_NO_RECEIVER: Final = english.BARRED | english.NEGATIVES | english.POSITIONS | english.DIRECTIONS
+_NO_RECEIVER: Final = english.BARRED | english.NEGATIVES | english.POSITIONS | english.DIRECTIONS | NO_NAMES
 
 
 class _Share(NamedTuple):
@@ -107,8 +108,9 @@ def _next_share(tokens: Words, at: int) -> _Share | None:
 
 def _receiver(words: Words) -> int:
     """Return the number of words that say who gets a share: `my little brother`."""
-    known = english.BENEFICIARIES.starting(words)
-    named = tuple(takewhile(lambda word: word not in _JOINTS | _PAUSES, words[: _MAX_RECEIVER + 1]))
-    if len(named) <= _MAX_RECEIVER and named and _NO_RECEIVER.isdisjoint(set(named) - english.DETERMINERS):
-        return max(len(named), len(known))
-    return len(known)
+    if known := english.BENEFICIARIES.starting(words):
+        return len(known)
+    # What follows the name is no part of it: `one for Ben tonight`, `one for Ben can wait`.
+    length = 1 + (not _DETERMINERS.isdisjoint(words[:1]))
+    name = words[length - 1 : length]
+    return length if name and name[0] not in _NO_RECEIVER else 0

@@ -12,6 +12,9 @@ from aeros.agent.instructions.wordings.wording import WANT, Wording, without_eac
 _OF_STATES: Final = frozenset({"let", "make", "see"})
 """Last words of causatives that ask for a state only: `make the can move` and `see the can` do not."""
 
+_NO_STATES: Final = frozenset({"that", "was", "which"})
+"""Words with which a place is where a thing is already: `get the can that is on the left`."""
+
 
 def causatives(wording: Wording) -> Iterator[Wording]:
     """Read `have the table cleaned` and `make the table clean` as `the table cleaned`, `the table clean`.
@@ -36,7 +39,7 @@ def causatives(wording: Wording) -> Iterator[Wording]:
             yield wording.with_object_first(linked)
         if causative[-1] == "if" and linked != rest:
             yield wording.with_words((*WANT, *linked))  # `it would be nice if the can were on the left`
-        if linked != rest:
+        if linked != rest and _NO_STATES.isdisjoint(rest):
             yield from _placed(wording, linked)
     for act in without_each(rest, english.RECEIPTS):
         # `see that the table gets a wipe`

@@ -71,3 +71,22 @@ def test_an_uncertain_scope_or_order_is_refused(instruction: str) -> None:
     (sentence,) = parse_instruction(instruction)
     with pytest.raises(InstructionError):
         check_scopes(sentence)
+
+
+@pytest.mark.parametrize(
+    ("instruction", "reason"),
+    [
+        ("bring tea if the table is clean, either way", "contradicts `either way`"),
+        ("if the table is clean, bring tea regardless", "contradicts `regardless`"),
+        ("if you find the time to make tea, bring the cup", "wanted in any case"),
+    ],
+)
+def test_a_condition_that_decides_nothing_is_refused(instruction: str, reason: str) -> None:
+    (sentence,) = parse_instruction(instruction)
+    with pytest.raises(InstructionError, match=reason):
+        check_scopes(sentence)
+
+
+def test_even_if_may_be_said_with_in_any_case() -> None:
+    (sentence,) = parse_instruction("even if the table is clean, wipe it in any case")
+    assert [one.mood for one in check_scopes(sentence)] == [Mood.CONDITION, Mood.REQUEST]

@@ -36,3 +36,13 @@ def test_a_phrase_stands_for_its_forms(words: str, length: int) -> None:
 def test_in_the_perfect_a_participle_stands_for_its_verb() -> None:
     (entry,) = task_phrases({"kitchen": module("kitchen", (), TEA)})
     assert entry.longest(("brewed", "up"), 0, is_perfect=True)[1] == 2
+
+
+def test_phrases_are_collected_once_for_the_same_modules_and_anew_for_others() -> None:
+    shop = module("shop", (), TEA)
+    (entry,) = task_phrases({"shop": shop})
+    assert task_phrases({"shop": shop})[0] is entry
+    assert entry.particles == {"up"}
+    assert task_phrases({"other": shop})[0].routed.module == "other"
+    (changed,) = task_phrases({"shop": module("shop", (), replace(TEA, trigger_phrases=("pour",)))})
+    assert changed.triggers == (("pour",),)

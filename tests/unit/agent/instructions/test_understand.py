@@ -338,3 +338,11 @@ def test_wordings_that_people_used(instruction: str, formal: list[str]) -> None:
 def test_a_thing_is_not_asked_for_by_its_name_alone(instruction: str) -> None:
     with pytest.raises(InstructionError):
         understand(instruction, parametric_modules())
+
+
+def test_a_second_number_of_the_same_is_refused_unless_it_has_a_condition() -> None:
+    modules = parametric_modules()
+    with pytest.raises(InstructionError, match="say how many are wanted in all"):
+        understand("make two dumplings, then make one dumpling", modules)
+    either = "If the table is dirty, make a dumpling. If it is clean, make two dumplings."
+    assert [str(one.routed.arguments["count"]) for one in understand(either, modules).errands] == ["1", "2"]
