@@ -5,6 +5,7 @@ Planning, profiles, kinematics, bounds and simulators take it as an argument; `r
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import hypot
@@ -221,11 +222,19 @@ class RobotModel:
 
     @cached_property
     def ready_levers(self) -> tuple[float, ...]:
-        """Greatest distance of a link from each axis in the ready posture, m; 1 for a prismatic joint.
+        """Levers in the ready posture, as `levers_at` has them; other postures may have longer ones."""
+        return self.levers_at(self.postures.ready.tolist())
 
-        Other postures may have longer ones.
+    def levers_at(self, joints: Sequence[float]) -> tuple[float, ...]:
+        """Compute the greatest distance of a link from each axis in one posture.
+
+        Args:
+            joints: joint positions (n,), rad or m.
+
+        Returns:
+            Distances (n,), m; 1 for a prismatic joint.
         """
-        frames, levers = frames_of(self.mountings, self.postures.ready.tolist()), [0.0] * self.joint_count
+        frames, levers = frames_of(self.mountings, list(joints)), [0.0] * self.joint_count
         for hull in self.body.hulls:
             for corner in map(frames[hull.joint].to_base, hull.corners):
                 for joint in range(hull.joint):

@@ -242,8 +242,8 @@ def test_a_site_names_a_file_beside_it(tmp_path: Path, write: Write) -> None:
         ("[15, 7.5,", "[15, 7.6,", "acceleration of joint 2"),
         ("[7500, 3750,", "[7501, 3750,", "jerk of joint 1"),
         (
-            "[0.95, 0.95, 0.65,",
-            "[0.95, 0.95, 0.5,",
+            "[0.99, 0.99, 0.745,",
+            "[0.99, 0.99, 0.5,",
             "lever of joint 3 is 0.5; in the ready posture a link is 0.544 m from its axis",
         ),
     ],
@@ -258,6 +258,21 @@ def test_a_site_that_allows_more_than_its_robot_is_refused(
     assert found.primary is not None
     assert found.primary.span.text == "robot: panda"
     assert found.help
+
+
+@pytest.mark.parametrize("site", ["panda_cell", "fr3_cell", "iiwa_cell"])
+def test_no_posture_has_a_longer_lever_than_the_site_says(site: str) -> None:
+    """Else links could be farther from their commands than the site's bound on tracking says."""
+    loaded = load_site(Path(__file__).parents[4] / "aeros" / "sites" / f"{site}.yaml", Diagnostics())
+    assert loaded is not None
+    assert loaded.motion is not None
+    assert loaded.motion.tracking is not None
+    robot, random = robot_of(loaded), np.random.default_rng(5)
+    stretched = np.zeros(robot.joint_count)  # with the elbow and the wrist straight, as far as they go
+    postures = [random.uniform(robot.limits.lowest, robot.limits.highest) for _ in range(150)]
+    for posture in (*postures, np.clip(stretched, robot.limits.lowest, robot.limits.highest)):
+        levers = robot.levers_at(posture.tolist())
+        assert all(np.array(loaded.motion.tracking.levers, float) >= levers)
 
 
 def test_a_site_may_allow_less(tmp_path: Path) -> None:
