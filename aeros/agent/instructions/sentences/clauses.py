@@ -118,7 +118,7 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
                 start += len(opener)
             return start, Mood.PROHIBITION, prohibition
         if opener == ("both",) and english.is_plural("".join(tokens[position + 1 : position + 2])):
-            opener = ()  # `both dumplings` says how many
+            opener = ()  # `both rooms` says how many
         causative = english.CAUSATIVES.starting(tokens, position)
         if causative[-1:] == ("that",) and len(causative) > len(opener):
             opener = ()  # `see to it that`

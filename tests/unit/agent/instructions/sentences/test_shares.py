@@ -23,7 +23,7 @@ from aeros.agent.instructions.sentences.shares import without_shares
         ("bring the can for me and the block for her", "bring the can for me and the block for her"),
     ],
 )
-def test_what_several_get_is_one_number(words: str, plain: str) -> None:
+def test_shares_of_several_are_one_number(words: str, plain: str) -> None:
     assert " ".join(without_shares(tuple(words.split()))) == plain
 
 
