@@ -185,6 +185,8 @@ def test_no_argument_of_any_command_is_written_as_it_is(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("time.sleep", _sleep_in_other_threads)
     monkeypatch.setattr("aeros.cli.project.demo.best_plant", lambda: "symbolic")
+    monkeypatch.setattr("aeros.apps.live_page.page_server.PageServer.serve_forever", lambda _: None)
+    monkeypatch.setattr("os.nice", lambda _: 0)
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))
     (tmp_path / "ecms").mkdir()
     given = dict.fromkeys(("module", "old", "new", "ecm", "paths"), f"{folder}/ecms/clean_table")
