@@ -21,8 +21,8 @@ def test_names_come_from_the_environment_and_thresholds_from_the_site(tmp_path: 
     assert settings.joints == JOINTS
     assert settings.states == "/joint_states"
     assert settings.patience == 0.2
-    # Twice 10 mm at 0.95 m.
-    assert settings.path_tolerance[0] == pytest.approx(0.02 / 0.95)
+    # Twice 10 mm at 0.99 m.
+    assert settings.path_tolerance[0] == pytest.approx(0.02 / 0.99)
 
 
 @pytest.mark.parametrize(

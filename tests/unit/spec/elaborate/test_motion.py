@@ -49,7 +49,7 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert motion.held == HeldObject("holding", site.volumes["largest_object"], frozenset({"grip"}))
     assert motion.kinds["slide"].surface == TouchedSurface(below, Fraction(21, 100))
     assert motion.tracking is not None
-    levers = tuple(Fraction(lever, 100) for lever in (95, 95, 65, 65, 35, 35, 20))
+    levers = tuple(Fraction(lever, 1000) for lever in (990, 990, 745, 665, 300, 300, 150))
     assert motion.tracking == Tracking("tracking_error", Fraction(10, 1000), levers)
     assert sum(motion.tracking.levers) * motion.start_tolerance <= Fraction(10, 1000)
     assert motion.back_off == "back_off"
@@ -70,13 +70,13 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         ),
         (
             ("starts_within: 0.0024 rad", "starts_within: 0.05 rad"),
-            "error[AE611] tracking-beyond-clearance: joints that start 0.05 rad off put a link 205 mm off;"
+            "error[AE611] tracking-beyond-clearance: joints that start 0.05 rad off put a link 207 mm off;"
             " the clearance is 15 mm, of links 10 mm",
         ),
         (
-            ("link_clearance: 10 mm", "link_clearance: 9.9 mm"),
+            ("link_clearance: 10 mm", "link_clearance: 9.95 mm"),
             "error[AE611] tracking-beyond-clearance: links may be 10 mm from their commands; the clearance is"
-            " 15 mm, of links 9.9 mm",
+            " 15 mm, of links 9.95 mm",
         ),
         (
             ("tracking_max:\n    value: 10 mm", "tracking_max:\n    value: 10.1 mm"),
