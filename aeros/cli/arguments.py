@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 
+_PORT_DIGITS: Final = 5
+
+
 def add_command(
     commands: Subparsers, name: str, description: str | None, examples: str
 ) -> argparse.ArgumentParser:
@@ -224,6 +227,19 @@ def seconds_from(lowest: float) -> Callable[[str], float]:
         return seconds
 
     return parse
+
+
+def as_port(text: str) -> int | None:
+    """Read the number of a port.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The number, 0 to 65535; None if it is none.
+    """
+    is_number = text.isascii() and text.isdigit() and len(text) <= _PORT_DIGITS
+    return int(text) if is_number and int(text) < 1 << 16 else None
 
 
 def second_solver(text: str) -> SecondSolver:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.apps.live_page.page_server import PageServer
 from aeros.apps.live_page.run_page import RunPage
-from aeros.cli.arguments import add_command, existing_path, seconds_from
+from aeros.cli.arguments import add_command, as_port, existing_path, seconds_from
 from aeros.cli.latest_run import find_run_folder, latest_run
 from aeros.cli.records.report import available_sites, read_site
 from aeros.cli.terminal.rendering import print_labelled
@@ -73,9 +73,10 @@ def _port(text: str) -> int:
     Raises:
         argparse.ArgumentTypeError: it is none.
     """
-    if not (text.isascii() and text.isdigit() and len(text) <= 5 and int(text) < 1 << 16):
+    port = as_port(text)
+    if port is None:
         raise argparse.ArgumentTypeError(f"`{text}`: is no port, which is a number from 0 to 65535")
-    return int(text)
+    return port
 
 
 def _command(arguments: argparse.Namespace) -> Exit:

@@ -23,6 +23,7 @@ from aeros.cli.arguments import (
     add_command,
     add_module_folders,
     add_signing,
+    as_port,
     existing_path,
     film_path,
     mcap_path,
@@ -321,9 +322,10 @@ def _chosen_topic(text: str) -> ChosenTopic:
 
 
 def _port(text: str) -> int:
-    if not text.isascii() or not text.isdigit() or int(text) > 65_535:
+    port = as_port(text)
+    if port is None:
         raise argparse.ArgumentTypeError("expected a port from 0 to 65535; an instruction goes before --live")
-    return int(text)
+    return port
 
 
 def _seconds(text: str) -> float:

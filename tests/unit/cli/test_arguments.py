@@ -14,6 +14,7 @@ import pytest
 from aeros.cli.arguments import (
     add_module_folders,
     add_signature_check,
+    as_port,
     available_cpus,
     existing_folder,
     existing_path,
@@ -155,3 +156,11 @@ def test_a_second_solver_is_asked_for_by_name(monkeypatch: pytest.MonkeyPatch) -
     from aeros.spec.backends.cvc5_solver import Cvc5
 
     assert isinstance(second_solver("cvc5"), Cvc5)
+
+
+@pytest.mark.parametrize(
+    ("text", "port"),
+    [("0", 0), ("65535", 65535), ("65536", None), ("", None), ("-1", None), ("٣", None), ("1" * 5000, None)],
+)
+def test_a_port_is_a_number_of_sixteen_bits(text: str, port: int | None) -> None:
+    assert as_port(text) == port
