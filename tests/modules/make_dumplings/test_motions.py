@@ -192,7 +192,7 @@ def test_wrap_looks_again_at_a_press_that_was_covered() -> None:
 
 
 @pytest.mark.parametrize(("place", "waits"), [((0.55, 0.33, 0.05), True), (PRESS, False)])
-def test_a_dumpling_in_the_pot_is_boiled_also_beside_a_covered_press(
+def test_a_dumpling_in_the_pot_is_boiled_although_the_press_is_covered(
     place: tuple[float, float, float], waits: bool
 ) -> None:
     covered = {"press_covered": True, "place_covered": True, "pot_covered": False}

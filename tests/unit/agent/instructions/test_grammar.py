@@ -87,6 +87,6 @@ def test_a_condition_that_decides_nothing_is_refused(instruction: str, reason: s
         check_scopes(sentence)
 
 
-def test_even_if_may_stand_beside_either_way() -> None:
+def test_either_way_does_not_contradict_even_if() -> None:
     (sentence,) = parse_instruction("even if the table is clean, wipe it in any case")
     assert [one.mood for one in check_scopes(sentence)] == [Mood.CONDITION, Mood.REQUEST]
