@@ -11,8 +11,8 @@ ends with one is not found from its end.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache, partial
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property, lru_cache, partial
 from typing import Final, TypeAlias
 
 Words: TypeAlias = tuple[str, ...]
@@ -36,6 +36,9 @@ class PhraseSet:
         patterns: the patterns.
         classes: patterns of each class, by name.
         barred: words that `**` does not stand for.
+
+    Raises:
+        ValueError: from the first question: a pattern has alternatives outside of brackets.
     """
 
     def __init__(
@@ -44,11 +47,23 @@ class PhraseSet:
         classes: Mapping[str, Sequence[str]],
         barred: frozenset[str] = frozenset(),
     ) -> None:
-        parsed = [_parse(text, classes) for text in patterns]
-        self._by_first = _by_first_word(parsed)
-        self._by_last = _by_first_word([_reversed(one) for one in parsed])
+        self._texts = tuple(patterns)
+        self._classes = classes
         self._barred = barred
-        self._length_at = lru_cache(maxsize=1 << 10)(partial(_longest, self._by_first, barred=barred))
+
+    # Parsed when first asked: most commands understand no instruction.
+    @cached_property
+    def _patterns(self) -> Sequence[_Pattern]:
+        return [_parse(text, self._classes) for text in self._texts]
+
+    @cached_property
+    def _length_at(self) -> Callable[[Words, int], int]:
+        by_first = _by_first_word(self._patterns)
+        return lru_cache(maxsize=1 << 10)(partial(_longest, by_first, barred=self._barred))
+
+    @cached_property
+    def _by_last(self) -> Mapping[str, Sequence[_Pattern]]:
+        return _by_first_word([_reversed(one) for one in self._patterns])
 
     def __contains__(self, words: Words) -> bool:
         return bool(words) and self.starting(words) == words

@@ -10,6 +10,7 @@ from re import compile as pattern
 from typing import Final
 
 _GROUP: Final = pattern(r"\(([^()]*)\)")
+_ASCII_WORD: Final = pattern(r"[a-z0-9_]+")
 
 MAX_PHRASES: Final = 512
 """Limit on the phrases that one pattern stands for."""
@@ -28,6 +29,8 @@ def normalized_words(text: str) -> tuple[str, ...]:
     Returns:
         The words: runs of letters with their marks, digits and `_`.
     """
+    if text.isascii():  # all but a few phrases; one in any case is the same in both forms
+        return tuple(_ASCII_WORD.findall(text.lower()))
     folded = unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", text).casefold())
     return tuple("".join(run) for is_word, run in groupby(folded, _is_of_word) if is_word)
 

@@ -44,7 +44,7 @@ def test_a_phrase_is_in_the_set_only_as_a_whole() -> None:
 
 def test_alternatives_stand_in_brackets() -> None:
     with pytest.raises(ValueError, match="outside of brackets"):
-        PhraseSet(["a|b"], {})
+        PhraseSet(["a|b"], {}).starting(("a",))
 
 
 _WORDS = {"i", "we", "need", "for", "you", "to", "a", "b", "please", "if", "may", "now"}
