@@ -23,6 +23,7 @@ from aeros.agent.execution.attempt_journal import (
 from aeros.agent.execution.cancellable_wait import CancellableWait
 from aeros.agent.execution.dispatcher import ChosenComposition, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.overdue_steps import OverdueSteps
 from aeros.agent.execution.planning_memory import PlanningMemory
 from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import assess_step
@@ -47,6 +48,7 @@ class StepRunner:
         self._task = task
         self._exactly = CachingConverter()
         self.waiting = CancellableWait(runtime)
+        self._overdue = OverdueSteps(journal)
         self.planned_in: list[Mapping[str, Any]] = []
         self._failures: list[Cause] = []
         self.records: list[StepRecord] = []
@@ -118,7 +120,7 @@ class StepRunner:
         return self.world.predicates in self.planned_in
 
     def wait(self, until: float) -> EndedStep | None:
-        """Wait for the next step to end; see `ports.Runtime`.
+        """Wait for the next step to end, and record what is overdue meanwhile; see `ports.Runtime`.
 
         Args:
             until: plant time (s) at which the wait ends.
@@ -126,6 +128,12 @@ class StepRunner:
         Returns:
             The step that ended, or None if none did before `until`, or the run is cancelled meanwhile.
         """
+        while (due := self._overdue.next_due) < until:
+            was_cancelled = self.waiting.was_cancelled
+            ended = self.waiting.until(due)
+            if ended is not None or self.waiting.was_cancelled is not was_cancelled:
+                return ended
+            self._overdue.record(self._runtime.now())
         return self.waiting.until(until)
 
     def idle_until(self, until: float) -> None:
@@ -198,7 +206,10 @@ class StepRunner:
         record_start(self._journal, role, dispatch, given)
         handle = self._runtime.start(dispatch.request)
         made = PendingAttempt(role, dispatch, beginning, episode)
-        return self.finish(made, handle) if isinstance(handle, StepResult) else RunningAttempt(handle, made)
+        if isinstance(handle, StepResult):
+            return self.finish(made, handle)
+        self._overdue.begin(made)
+        return RunningAttempt(handle, made)
 
     def active_modules(self) -> Mapping[str, Ecm]:
         """Return the modules whose skills may run.
@@ -219,6 +230,7 @@ class StepRunner:
             The result of the attempt.
         """
         dispatch, role, request = pending.dispatch, pending.role, pending.dispatch.request
+        self._overdue.end(pending)
         ended = self._runtime.now()
         after = self.observe()
         before = pending.episode_start.before

@@ -28,6 +28,8 @@ SkillId: TypeAlias = tuple[str, str]
 _DURATION_SAMPLES: Final = 101
 """Number of the latest successes that a skill's usual duration is computed from."""
 
+_SUCCESSES_FOR_USUAL: Final = 8
+"""Least number of successes whose quartiles tell what is usual: two in each quarter."""
 
 _AGREES: Final = """CASE WHEN {asked} = context THEN 1
     WHEN json_valid({asked}) AND json_valid(context) THEN json_type({asked}, '$.predicates') IS NULL
@@ -51,6 +53,17 @@ class DurationStats:
     low: float
     high: float
     successes: int
+
+    @property
+    def longest_usual(self) -> float | None:
+        """Duration beyond which a step takes unusually long, plant seconds; None of too few successes.
+
+        Tukey's outer fence (Exploratory Data Analysis, 1977), three times the distance of the quartiles above
+        the upper one; at least half as long again as the median, as durations may be all but equal.
+        """
+        if self.successes < _SUCCESSES_FOR_USUAL:
+            return None
+        return max(self.high + 3 * (self.high - self.low), 1.5 * self.median)
 
     def __str__(self) -> str:
         spread = f"{self.low:.1f} to {self.high:.1f}"
