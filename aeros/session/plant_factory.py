@@ -343,9 +343,29 @@ def open_scene(
         PlantSetupError: The extra is missing.
         UserError: The scene cannot be built.
     """
-    return closing(
-        _build(name, configuration.site, scene, seed, sensor_setup(configuration, ideal=ideal_sensors))
-    )
+    return closing(make_simulator(name, configuration, scene, seed, ideal_sensors=ideal_sensors))
+
+
+def make_simulator(
+    name: str, configuration: Configuration, scene: Scene, seed: int, *, ideal_sensors: bool = False
+) -> Plant:
+    """Make a simulator as `open_scene` opens it; the caller closes it.
+
+    Args:
+        name: As in `open_scene`.
+        configuration: As in `open_scene`.
+        scene: As in `open_scene`.
+        seed: As in `open_scene`.
+        ideal_sensors: As in `open_plant`.
+
+    Returns:
+        The plant.
+
+    Raises:
+        PlantSetupError: The extra is missing.
+        UserError: The scene cannot be built.
+    """
+    return _build(name, configuration.site, scene, seed, sensor_setup(configuration, ideal=ideal_sensors))
 
 
 def connect_plant(path: Path) -> RemotePlant:

@@ -10,16 +10,20 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.cli.arguments import add_command
+from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.terminal.progress import ProgressLine
 from aeros.cli.terminal.rendering import print_table
 from aeros.cli.terminal.streams import print_data, print_line
 from aeros.descriptions import describe_exception, type_name
 from aeros.exit_codes import Exit, UsageError
-from aeros.session.plant_factory import PLANTS
+from aeros.runtime.gate.configuration import Configuration
+from aeros.session.plant_factory import PLANTS, PlantSetupError
 from aeros.session.plant_provider import PlantProviderError, load_provider
 from aeros.sim.conformance.plant_under_test import ConformanceError, PlantUnderTest
 from aeros.sim.conformance.suite import CHECKS, Check
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.text.discovery import reference_site_path
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -32,7 +36,11 @@ first.  What the plant cannot do is not tried: moves in contact, motions of arm 
 unless its `PlantUnderTest` names actions for them.  That sensors measure what they name, and that limits and
 geometry are those of the robot, no check can tell.
 
+A simulator that comes with AEROS is checked with the robot of the site, which moves all joints from its
+posture `ready`.
+
 examples:
+  aeros check-plant mujoco --site my_cell.yaml
   aeros check-plant turntable                the plant that an installed distribution provides under this name
   aeros check-plant my_robot.checks:SUBJECT  a `PlantUnderTest`, or a function that makes one
   aeros check-plant turntable --check stop_ends_everything
@@ -61,12 +69,17 @@ def add_to(commands: Subparsers) -> None:
         metavar="CHECK",
         help="one check alone, by its name as printed; may be repeated (default: all)",
     )
+    parser.add_argument(
+        "--site",
+        type=existing_path,
+        help="the site file, for physics, mujoco and kinematic (default: the reference site)",
+    )
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.set_defaults(command=_command)
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    subject = _subject(arguments.plant)
+    subject = _subject(arguments.plant, arguments.site)
     chosen = [check for check in CHECKS if arguments.check is None or check.__name__ in arguments.check]
     results = []
     progress = ProgressLine(len(chosen))
@@ -89,16 +102,19 @@ def _command(arguments: argparse.Namespace) -> Exit:
     return Exit.REJECTED if failed else Exit.SUCCESS
 
 
-def _subject(given: str) -> PlantUnderTest:
+def _subject(given: str, site: Path | None) -> PlantUnderTest:
     """Find the plant and the statements of its author.
 
     Raises:
         UsageError: There is none, or its code fails.
+        UserError: The site has problems.
     """
+    if given in PLANTS:
+        return _simulator(given, site)
+    if site is not None:
+        raise UsageError(f"`--site` is for plants of AEROS; the subject of `{given}` brings its own robot")
     if ":" in given:
         return _imported(given)
-    if given in PLANTS:
-        raise UsageError(f"`{given}` comes with AEROS, whose tests run the suite; name a plant of your own")
     try:
         provider = load_provider(given)
     except PlantProviderError as error:
@@ -106,6 +122,26 @@ def _subject(given: str) -> PlantUnderTest:
     if provider.subject is None:
         raise UsageError(f"the provider of `{given}` states no `subject`, which says what to hold it to")
     return _made(given, provider.subject)
+
+
+def _simulator(name: str, path: Path | None) -> PlantUnderTest:
+    # NumPy and the robot's model are imported only where they are asked for.
+    from aeros.cli.robot.simulated_robot import SIMULATORS, simulated_robot
+
+    if name not in SIMULATORS:
+        raise UsageError(
+            f"`{name}` has no robot; name one of {', '.join(SIMULATORS)}, or a plant of your own"
+        )
+    path = path or reference_site_path()
+    diagnostics = Diagnostics()
+    site = load_site(path, diagnostics)
+    diagnostics.raise_if_errors()
+    if site is None:
+        raise UsageError(f"`{path}` is no site file")
+    try:
+        return simulated_robot(name, Configuration(site, {}, {}, ""))
+    except PlantSetupError as error:
+        raise UsageError(str(error)) from error
 
 
 def _imported(given: str) -> PlantUnderTest:

@@ -55,7 +55,7 @@ def test_code_that_raises_breaks_the_promise(capsys: pytest.CaptureFixture[str])
         ("no.such.module:X", "cannot be imported: ModuleNotFoundError"),
         (f"{PLANTS}:fails", "makes no `PlantUnderTest`: OSError: no drive"),
         (f"{PLANTS}:other", "makes an object of type int"),
-        ("physics", "comes with AEROS"),
+        ("symbolic", "has no robot"),
         ("turntabel", "no plant is called `turntabel`"),
     ],
 )
@@ -64,3 +64,7 @@ def test_a_plant_that_is_not_there_is_a_usage_error(
 ) -> None:
     assert main(["check-plant", name]) == 2
     assert reason in capsys.readouterr().err
+
+
+def test_a_plant_of_others_brings_its_own_robot(capsys: pytest.CaptureFixture[str]) -> None:
+    assert checked(capsys, "GOOD", "--site", __file__)[0] == 2
