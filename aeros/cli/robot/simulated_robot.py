@@ -9,8 +9,6 @@ from itertools import islice, product
 from math import inf
 from typing import Final
 
-import numpy as np
-
 from aeros.exit_codes import UsageError
 from aeros.kinematic_chain import frames_of
 from aeros.runtime.gate.configuration import Configuration
@@ -18,7 +16,6 @@ from aeros.runtime.ports import Plant, Trajectory
 from aeros.session.plant_factory import PHYSICS_PLANTS, make_simulator
 from aeros.sim.clock import TICK
 from aeros.sim.conformance.plant_under_test import PlantUnderTest
-from aeros.sim.robot.limits import Vector
 from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import SETTLE_TICKS
 from aeros.sim.robot.robot_file import robot_of
@@ -119,10 +116,9 @@ def _deviation(site: Site) -> float:
 def _motion(plant: str, make_plant: Callable[[], Plant], robot: RobotModel) -> tuple[Action, float]:
     """Choose a motion from the ready posture, and compute how long it takes, s."""
     with closing(make_plant()) as simulator:
-        start = np.array(simulator.observe()[_JOINTS].value)
-        target = _highest_target(robot, start)
+        target = _highest_target(robot, simulator.observe()[_JOINTS].value)
         if target is not None:
-            joints = {f"q{number}": position for number, position in enumerate(target.tolist(), 1)}
+            joints = {f"q{number}": position for number, position in enumerate(target, 1)}
             for halvings in range(_HALVINGS):
                 action = act("move_joints", **joints, speed=_SPEED / 2**halvings)
                 plan = simulator.plan(action)
@@ -134,16 +130,20 @@ def _motion(plant: str, make_plant: Callable[[], Plant], robot: RobotModel) -> t
     )
 
 
-def _highest_target(robot: RobotModel, start: Vector) -> Vector | None:
+def _highest_target(robot: RobotModel, start: Sequence[float]) -> Sequence[float] | None:
     """Choose where all joints move to: where the arm's lowest point stays highest, and no links touch."""
     best, highest = None, -inf
-    for signs in islice(product((1.0, -1.0), repeat=robot.joint_count), _MAX_DIRECTIONS):
-        limits = np.where(np.array(signs) > 0.0, robot.highest_solution, robot.lowest_solution)
-        way = np.array(signs) * np.minimum(_LONGEST_WAY, _ROOM * np.abs(limits - start))
-        postures = [(start + way * share).tolist() for share in np.linspace(0.0, 1.0, _POSTURES)]
+    lows, highs = robot.lowest_solution.tolist(), robot.highest_solution.tolist()
+    ways = [
+        (min(_LONGEST_WAY, _ROOM * (high - at)), -min(_LONGEST_WAY, _ROOM * (at - low)))
+        for at, low, high in zip(start, lows, highs, strict=True)
+    ]
+    for way in islice(product(*ways), _MAX_DIRECTIONS):
+        shares = [number / (_POSTURES - 1) for number in range(_POSTURES)]
+        postures = [[at + each * share for at, each in zip(start, way, strict=True)] for share in shares]
         lowest = min(_lowest_point(robot, one) for one in postures)
         if lowest > highest and all(find_self_contact(robot, one) is None for one in postures):
-            best, highest = start + way, lowest
+            best, highest = postures[-1], lowest
     return best
 
 
