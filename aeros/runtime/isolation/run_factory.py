@@ -253,19 +253,35 @@ def _preload_modules(ecm: Ecm) -> tuple[str, ...]:
 
 
 def _imports_numpy(ecm: Ecm) -> bool:
+    """Return True if the code of a skill imports NumPy, or a file of the module that it imports does."""
     try:
-        return any(_mentions_numpy(content) for content in certified_files(ecm).values())
+        files = certified_files(ecm)
+        left = {f"{skill.module_name}.py" for skill in ecm.skills.values()} & files.keys()
+        read = set(left)
+        while left:
+            has_numpy, neighbours = _imports_of(files[left.pop()])
+            if has_numpy:
+                return True
+            left |= neighbours & files.keys() - read
+            read |= left
     except (SkillRefusedError, SyntaxError, ValueError):
-        return False  # it is refused when it is to run
+        pass  # it is refused when it is to run
+    return False
 
 
 @lru_cache(maxsize=256)  # called whenever a skill starts
-def _mentions_numpy(content: bytes) -> bool:
-    return any(
-        (isinstance(node, ast.Import) and any(_is_numpy(alias.name) for alias in node.names))
-        or (isinstance(node, ast.ImportFrom) and not node.level and _is_numpy(node.module or ""))
-        for node in ast.walk(ast.parse(content))
-    )
+def _imports_of(content: bytes) -> tuple[bool, frozenset[str]]:
+    """Tell if a file imports NumPy, and which files of its module it imports, wherever the statement is."""
+    has_numpy, neighbours = False, set[str]()
+    for node in ast.walk(ast.parse(content)):
+        if isinstance(node, ast.Import):
+            has_numpy |= any(_is_numpy(alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            has_numpy |= _is_numpy(node.module or "")
+        elif isinstance(node, ast.ImportFrom):
+            named = [node.module] if node.module else [alias.name for alias in node.names]
+            neighbours.update(f"{name}.py" for name in named)
+    return has_numpy, frozenset(neighbours)
 
 
 def _is_numpy(module: str) -> bool:

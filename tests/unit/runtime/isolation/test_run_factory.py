@@ -31,6 +31,7 @@ from aeros.skill import Action, act
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.policy import IsolationPolicy, WorkerLimits
 from aeros.spec.model.site import Site
+from aeros.spec.text.digests import code_digest, code_files
 from tests.host_layers import require_layers
 
 CODE = "from aeros.skill import act\ndef lift(observed, inputs):\n    yield act('move', h=inputs['height'])\n"
@@ -161,18 +162,44 @@ def test_a_worker_puts_on_what_the_host_has(site: Site, make_ecm: Any, bare: Zyg
     [(CODE, False), ("import numpy as np\n" + CODE, True), ("from numpy.linalg import inv\n" + CODE, True)],
 )
 def test_numpy_is_preloaded_for_code_that_imports_it(
-    text: str, numpy: bool, site: Site, make_ecm: Any, monkeypatch: pytest.MonkeyPatch
+    text: str, numpy: bool, site: Site, make_ecm: Any
 ) -> None:
+    (preload,) = _preloads(site, make_ecm(text))
+    assert ("numpy" in preload, "numpy.linalg" in preload) == (numpy, numpy)
+    assert "math" in preload
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "numpy"),
+    [
+        ("", "import numpy\n", False),  # a file of perceivers
+        ("from .first import A\n", "import numpy\n", False),
+        ("from .second import A\n", "import numpy\n", True),
+        ("from .second import A\n", "from .first import B\n", False),
+        ("def _later():\n    from . import second\n", "import numpy\n", True),
+    ],
+)
+def test_numpy_is_preloaded_for_the_files_that_a_skill_imports(
+    first: str, second: str, numpy: bool, site: Site, make_ecm: Any
+) -> None:
+    ecm = make_ecm("from .first import A\n" + CODE)
+    folder = Path(ecm.folder)
+    (folder / "first.py").write_text(first + "A = 1\n")
+    (folder / "second.py").write_text(second + "A = B = 2\n")
+    ecm = replace(ecm, code_digest=code_digest(code_files(folder)))
+    (preload,) = _preloads(site, ecm)
+    assert ("numpy" in preload) == numpy
+
+
+def _preloads(site: Site, ecm: Ecm) -> list[Sequence[str]]:
     asked: list[Sequence[str]] = []
 
-    def remember(preload: Sequence[str]) -> FakeNursery:
+    def remember(preload: Sequence[str]) -> Any:
         asked.append(preload)
         return FakeNursery()
 
-    monkeypatch.setattr("aeros.runtime.isolation.run_factory.ZygotePool", remember)
-    SkillRunFactory(site, [make_ecm(text)]).close()
-    assert ("numpy" in asked[0], "numpy.linalg" in asked[0]) == (numpy, numpy)
-    assert "math" in asked[0]
+    SkillRunFactory(site, [ecm], remember).close()
+    return asked
 
 
 # The executor, over workers.
