@@ -14,9 +14,11 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Final, Literal, TypeVar, get_args, get_origin
+from functools import cache
+from typing import Any, Final, Literal, NamedTuple, TypeVar, get_args, get_origin
 
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean, quoted
 from aeros.spec.diagnostics.errors import MisuseError
@@ -118,6 +120,24 @@ class _FieldLocation:
         return f"{quoted(self.name)}: " if self.name else ""
 
 
+class _Form(NamedTuple):
+    """A form that a hint admits: without its marks, these, and the generic type that it is made of."""
+
+    base: Any
+    marks: tuple[Any, ...]
+    origin: Any
+
+
+@cache  # there are a few hundred hints
+def _forms_by_kind(hint: Any) -> Mapping[type[Node], _Form]:
+    """Return the form that each kind of node is decoded to; the first, if there are several."""
+    found: dict[type[Node], _Form] = {}
+    for option in admitted_forms(hint):
+        base, marks = split_annotated(option)
+        found.setdefault(node_kind(base), _Form(base, marks, get_origin(base)))
+    return found
+
+
 class _Decoder:
     """Decoder by hints. None stands for "reported", as no hint admits the value None."""
 
@@ -125,18 +145,17 @@ class _Decoder:
         self._diagnostics = diagnostics
 
     def value(self, node: Node, hint: Any, location: _FieldLocation) -> Any:
-        for option in admitted_forms(hint):
-            base, marks = split_annotated(option)
-            if node_kind(base) is type(node):
-                if isinstance(node, ScalarNode):
-                    return self._scalar(node, base, marks, location)
-                if isinstance(node, SequenceNode):
-                    return self._list(node, base, marks, location)
-                if get_origin(base) is MappingField:
-                    return self._mapping(node, base, marks, location)
-                return self._record(node, base, location)
-        self._wrong_kind(node, hint, location)
-        return None
+        form = _forms_by_kind(hint).get(type(node))
+        if form is None:
+            self._wrong_kind(node, hint, location)
+            return None
+        if isinstance(node, ScalarNode):
+            return self._scalar(node, form, location)
+        if isinstance(node, SequenceNode):
+            return self._list(node, form.base, form.marks, location)
+        if form.origin is MappingField:
+            return self._mapping(node, form.base, form.marks, location)
+        return self._record(node, form.base, location)
 
     def _wrong_kind(self, node: Node, hint: Any, location: _FieldLocation) -> None:
         if isinstance(node, ScalarNode) and node.is_null:
@@ -152,13 +171,14 @@ class _Decoder:
             "AE104", f"{location.prefix}expected {_describe_hint(hint)}, found nothing", at, help=help_
         )
 
-    def _scalar(self, node: ScalarNode, base: Any, marks: tuple[Any, ...], location: _FieldLocation) -> Any:
+    def _scalar(self, node: ScalarNode, form: _Form, location: _FieldLocation) -> Any:
+        base, marks, origin = form
         if node.is_null:
             self._missing_value(node, base, location)
             return None
-        if get_origin(base) is Literal:
+        if origin is Literal:
             return self._word(node, base, location)
-        if get_origin(base) is ChoiceField:
+        if origin is ChoiceField:
             word = self._word(node, get_args(base)[0], location)
             return None if word is None else ChoiceField(word, node.span, node)
         if base in (TextField, ExpressionField):

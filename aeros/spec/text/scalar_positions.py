@@ -50,6 +50,8 @@ def sub_span(scalar: ScalarNode, start: int, end: int) -> SourceSpan:
 def _pieces(scalar: ScalarNode) -> list[_PositionedText]:
     """Return the text with its places, checked against the text itself: [] rather than a wrong place."""
     source, start, end = scalar.span.source.text, scalar.span.start, scalar.span.end
+    if not scalar.style and source[start:end] == scalar.text:  # on one line, and most are
+        return [(character, at, at + 1) for at, character in enumerate(scalar.text, start)]
     if scalar.style in ("|", ">"):
         pieces = _block_pieces(source, start, scalar.text, scalar.style == ">")
     elif scalar.style:
