@@ -218,7 +218,7 @@ class RobotBody:
     exempt_pairs: tuple[tuple[str, str], ...] = ()
 
 
-class Surface(NamedTuple):
+class ColouredMesh(NamedTuple):
     """Triangles of one colour.
 
     Attributes:
@@ -236,13 +236,11 @@ class LinkModel(NamedTuple):
     """A link of a robot as viewers draw it; no decision depends on it.
 
     Attributes:
-        joint: number of joints that move the link; the surfaces are in the frame of the last of them.
-        surfaces: what is seen of it.
+        surfaces: what is seen of it, in the frame of its hull.
         origin: file that the surfaces are of, and its licence.
     """
 
-    joint: int
-    surfaces: tuple[Surface, ...]
+    surfaces: tuple[ColouredMesh, ...]
     origin: str
 
 
@@ -568,6 +566,19 @@ def known_obstacles(plant: Plant) -> tuple[Obstacle, ...]:
     """
     obstacles: Callable[[], tuple[Obstacle, ...]] | None = getattr(plant, "obstacles", None)
     return () if obstacles is None else obstacles()
+
+
+def stated_body(plant: Plant) -> RobotBody | None:
+    """Return the robot's body as a plant states it before its first plan, for viewers.
+
+    Args:
+        plant: the plant.
+
+    Returns:
+        The body; None if the plant has no attribute `body`.
+    """
+    body: RobotBody | None = getattr(plant, "body", None)
+    return body
 
 
 def simulated_people(plant: Plant) -> tuple[PersonFigure, ...]:

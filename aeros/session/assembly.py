@@ -42,7 +42,7 @@ from aeros.runtime.isolation.run_factory import SkillRunFactory
 from aeros.runtime.perception.open_perceiver import open_by_policy, open_in_process
 from aeros.runtime.perception.perceiver_run import OpenPerceiver
 from aeros.runtime.perception.perceiving_plant import PerceivingPlant
-from aeros.runtime.ports import Plant, Runtime, simulated_people
+from aeros.runtime.ports import Plant, Runtime, simulated_people, stated_body
 from aeros.runtime.records.failed_measurements import RecordEvent, failure_text
 from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.runtime.tools.tool_plant import ToolPlant
@@ -258,6 +258,7 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
         require_known_actions(plant, setup.configuration)
         for one in feeds:
             one.locate_people = partial(simulated_people, plant)
+            one.body = stated_body(plant)
         listeners: tuple[MeasurementListener, ...] = (samples, *feeds, *setup.listeners)
         yield RecordedPlant(plant, audit, skills, meter, observe, feed, peers, listeners)
 

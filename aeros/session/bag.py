@@ -13,7 +13,7 @@ from aeros.runtime.bus.recording.topic_choice import ChosenTopic, TopicChoice, T
 from aeros.runtime.bus.viewer.things import cameras_of_perceivers
 from aeros.runtime.bus.viewer.topics import topics_of
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.ports import LinkModel
+from aeros.runtime.ports import Hull, LinkModel
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.site import Site
 
@@ -24,14 +24,14 @@ class BagOutputError(Exception):
     """A recording or live view that cannot be opened; the message says why and what to do."""
 
 
-def read_link_models(site: Site) -> Mapping[str, LinkModel]:
+def read_link_models(site: Site) -> Mapping[Hull, LinkModel]:
     """Read how viewers draw the links of a site's robot; for before a run, as that takes up to a second.
 
     Args:
         site: The site that names the robot.
 
     Returns:
-        The links by name of their hull; empty if their meshes are not installed, or the robot has no file.
+        The links by their hull; empty if their meshes are not installed, or the robot has no file.
     """
     try:
         from aeros.sim.film.link_models import link_models
@@ -111,13 +111,14 @@ def open_live_view(
         from aeros.runtime.bus.live_view import LiveView, LiveViewError
     except ImportError as error:
         raise BagOutputError(f"--live needs {install_command('live')} ({error.name} is missing)") from error
-    try:
-        view = LiveView(port, configuration.site.id)
-    except LiveViewError as refusal:
-        raise BagOutputError(f"{refusal}; give another port with --live") from refusal
     cameras = cameras_of_perceivers(configuration.modules.values())
     site = configuration.site
+    view = LiveView(site.id)
     with view, BusFeed(view, site, cameras=cameras, models=read_link_models(site)) as feed:
+        try:
+            url = view.serve(port)
+        except LiveViewError as refusal:
+            raise BagOutputError(f"{refusal}; give another port with --live") from refusal
         if stream is not None:
-            print(f"live       {view.url}", file=stream, flush=True)
+            print(f"live       {url}", file=stream, flush=True)
         yield feed

@@ -22,6 +22,7 @@ from aeros.runtime.ports import (
     MotionHandle,
     NoMotion,
     PlannedMotion,
+    RobotBody,
     Trajectory,
     announce_stop,
 )
@@ -157,6 +158,11 @@ class FixedStepPlant(ABC):
 
     action_kinds: ClassVar = frozenset(SIMULATED_ACTIONS)
     """The action kinds that it can do, for sites with other words; see `Plant`."""
+
+    @property
+    def body(self) -> RobotBody:
+        """The robot's body, as plans state it."""
+        return self._robot.model.body
 
     def pictures(self) -> Mapping[str, CameraPicture]:
         """Return the newest picture of each camera: those of `look`, and the first ones of the scene.

@@ -17,7 +17,7 @@ from typing import Any, Final, NamedTuple, Self
 from aeros.runtime.bus.message_publisher import MessagePublisher, RobotChain
 from aeros.runtime.bus.port import PublisherFactory
 from aeros.runtime.bus.viewer.view_publisher import ViewPublisher
-from aeros.runtime.ports import CameraPicture, LinkModel, PersonFigure, Reading, Readings
+from aeros.runtime.ports import CameraPicture, Hull, LinkModel, PersonFigure, Reading, Readings, RobotBody
 from aeros.spec.model.site import Site
 
 _MAX_STATES: Final = 1_000
@@ -61,6 +61,7 @@ class BusFeed:
             published.
         trouble: the first reason for a loss; None if nothing was lost.
         locate_people: returns where the simulated people are; called with each measurement.
+        body: the robot's body until a plan states it; None if it is unknown.
 
     Args:
         bus: bus to publish on.
@@ -68,7 +69,7 @@ class BusFeed:
         is_whole: make the run wait for room in the queue, so that nothing is dropped.
         is_live: True for a bus with listeners that come and go; see `MessagePublisher`.
         cameras: names of cameras by perceiver; see `cameras_of_perceivers`.
-        models: how viewers draw the robot's links, by name of the link's hull.
+        models: how viewers draw the robot's links, by hull.
     """
 
     def __init__(
@@ -79,9 +80,10 @@ class BusFeed:
         is_whole: bool = False,
         is_live: bool = False,
         cameras: Mapping[str, Iterable[str]] = MappingProxyType({}),
-        models: Mapping[str, LinkModel] = MappingProxyType({}),
+        models: Mapping[Hull, LinkModel] = MappingProxyType({}),
     ) -> None:
         self.locate_people: Callable[[], tuple[PersonFigure, ...]] = tuple
+        self.body: RobotBody | None = None
         self._is_whole = is_whole
         self.lost = 0
         self.trouble: str | None = None
@@ -106,11 +108,11 @@ class BusFeed:
 
     def on_tick(self, now: float, values: Mapping[str, Any], chain: RobotChain) -> None:
         """Implement `MeasurementListener.on_tick`."""
-        self._enqueue(_State(now, dict(values), chain, self.locate_people()), _MAX_STATES)
+        self._enqueue(self._state(now, values, chain), _MAX_STATES)
 
     def on_observed(self, readings: Readings, chain: RobotChain) -> None:
         """Implement `MeasurementListener.on_observed`."""
-        self._enqueue(_State(None, dict(readings), chain, self.locate_people()), _MAX_STATES)
+        self._enqueue(self._state(None, readings, chain), _MAX_STATES)
 
     def on_picture(self, picture: CameraPicture) -> None:
         """Implement `PictureListener.on_picture`."""
@@ -130,6 +132,10 @@ class BusFeed:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _state(self, now: float | None, values: Mapping[str, Any], chain: RobotChain) -> _State:
+        known = chain if chain.body is not None else chain._replace(body=self.body)
+        return _State(now, dict(values), known, self.locate_people())
 
     def _enqueue(self, item: bytes | _State, max_count: int) -> None:
         if self._has_room(lambda: self._queue.qsize() < max_count):

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import ParseError
 import numpy as np
 
 from aeros.kinematic_chain import JointFrame, frames_of, mounting_of
-from aeros.runtime.ports import Hull, LinkModel, Surface
+from aeros.runtime.ports import ColouredMesh, Hull, LinkModel
 from aeros.sim.film.meshes import Array, meshes_of_urdf, stock_urdf_file
 from aeros.sim.geometry import Pose, compose, to_world
 from aeros.sim.pictures.urdf_model import UrdfVisuals
@@ -19,14 +19,14 @@ _MARGIN: Final = 0.01
 """Greatest distance between the boxes around a mesh and its hull, m: hulls leave out up to 5 mm of it."""
 
 
-def link_models(model: RobotModel) -> dict[str, LinkModel]:
+def link_models(model: RobotModel) -> dict[Hull, LinkModel]:
     """Read what the links of a robot look like. Fingers are as far apart as they can be.
 
     Args:
         model: the robot.
 
     Returns:
-        The links that have meshes, by name of their hull; without those whose hull has more, as an adapter
+        The links that have meshes, by their hull; without those whose hull has more, as an adapter
         for the hand. Empty if the robot names no meshes, they are not
         installed or cannot be read, or one of them is outside of all hulls, and so of another robot.
     """
@@ -34,7 +34,7 @@ def link_models(model: RobotModel) -> dict[str, LinkModel]:
     path = None if urdf is None else stock_urdf_file(urdf.path)
     if urdf is None or path is None:
         return {}
-    found: dict[str, LinkModel] = {}
+    found: dict[Hull, LinkModel] = {}
     frames = frames_of(map(mounting_of, model.body.dh_rows), [0.0] * model.joint_count)
     try:
         visuals = UrdfVisuals(str(path))
@@ -46,13 +46,12 @@ def link_models(model: RobotModel) -> dict[str, LinkModel]:
             hull = _hull_around(corners, (each for each in model.body.hulls if each.joint == joint))
             if hull is None:
                 return {}
-            surface = Surface(corners.tolist(), one.mesh.triangles.tolist(), one.mesh.colour)
-            known = found[hull.link].surfaces if hull.link in found else ()
-            found[hull.link] = LinkModel(joint, (*known, surface), f"{urdf.path}: {model.licence}")
+            surface = ColouredMesh(corners.tolist(), one.mesh.triangles.tolist(), one.mesh.colour)
+            known = found[hull].surfaces if hull in found else ()
+            found[hull] = LinkModel((*known, surface), f"{urdf.path}: {model.licence}")
     except (LookupError, OSError, ParseError, ValueError):
         return {}
-    hulls = {hull.link: hull for hull in model.body.hulls}
-    return {link: one for link, one in found.items() if _fills(one, hulls[link])}
+    return {hull: one for hull, one in found.items() if _fills(one, hull)}
 
 
 def _in_joint_frame(frame: JointFrame, pose: Pose, corners: Array) -> Array:

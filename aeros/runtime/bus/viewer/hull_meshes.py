@@ -11,7 +11,7 @@ from struct import pack
 from sys import byteorder
 from typing import Any, Final
 
-from aeros.runtime.ports import Surface, Vec3
+from aeros.runtime.ports import ColouredMesh, Vec3
 
 Triangle = tuple[int, int, int]
 
@@ -52,7 +52,7 @@ def hull_triangles(corners: Sequence[Vec3]) -> list[Triangle]:
     return sorted(faces)
 
 
-def encode_glb(surfaces: Sequence[Surface]) -> bytes:
+def encode_glb(surfaces: Sequence[ColouredMesh]) -> bytes:
     """Encode a mesh as a binary glTF 2.0 file.
 
     The up axis of glTF is y and that of robots z, so viewers turn files by a right angle about x. The file

@@ -22,7 +22,7 @@ from aeros.runtime.bus.viewer.foxglove_messages import (
 )
 from aeros.runtime.bus.viewer.hull_meshes import encode_glb, hull_triangles
 from aeros.runtime.bus.viewer.things import SceneThing
-from aeros.runtime.ports import Ball, Hull, LinkModel, PersonFigure, Reading, RobotBody, Surface, Vec3
+from aeros.runtime.ports import Ball, ColouredMesh, Hull, LinkModel, PersonFigure, Reading, RobotBody, Vec3
 from aeros.spec.model.site import Site
 
 _ZONE: Final = Color(0.0, 0.45, 0.7, 0.15)
@@ -104,7 +104,7 @@ def person_entity(number: int, person: PersonFigure, when: Time) -> SceneEntity:
 
 
 def link_entities(
-    body: RobotBody, joints: Sequence[str], when: Time, models: Mapping[str, LinkModel]
+    body: RobotBody, joints: Sequence[str], when: Time, models: Mapping[Hull, LinkModel]
 ) -> tuple[SceneEntity, ...]:
     """Make the shape of each link of a robot, in the frame that moves with it.
 
@@ -112,7 +112,7 @@ def link_entities(
         body: the robot.
         joints: names of the joints, one for each row of the chain.
         when: time stamp.
-        models: how viewers draw the links, by name of the link's hull.
+        models: how viewers draw the links, by hull.
 
     Returns:
         The entities: meshes of the links, of their models or else of their hulls; or the balls of a robot
@@ -124,16 +124,12 @@ def link_entities(
 
 
 def _meshes(
-    hulls: Sequence[Hull], frames: Sequence[str], when: Time, models: Mapping[str, LinkModel]
+    hulls: Sequence[Hull], frames: Sequence[str], when: Time, models: Mapping[Hull, LinkModel]
 ) -> Iterator[SceneEntity]:
     for hull in hulls:
-        model = models.get(hull.link)
-        surfaces: tuple[Surface, ...] = ()
-        origin = ""
-        if model is not None and model.joint == hull.joint:
-            surfaces, origin = model.surfaces, model.origin
-        elif triangles := hull_triangles(hull.corners):
-            surfaces = (Surface(hull.corners, triangles, _LINK),)
+        surfaces, origin = models.get(hull, ((), ""))
+        if not surfaces and (triangles := hull_triangles(hull.corners)):
+            surfaces = (ColouredMesh(hull.corners, triangles, _LINK),)
         if surfaces:
             yield SceneEntity(
                 when,

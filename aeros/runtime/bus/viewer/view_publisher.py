@@ -17,7 +17,16 @@ from aeros.runtime.bus.viewer.foxglove_messages import ImageAnnotations, SceneUp
 from aeros.runtime.bus.viewer.picture_annotations import annotate
 from aeros.runtime.bus.viewer.scene_entities import link_entities, person_entity, thing_entity, zone_entities
 from aeros.runtime.bus.viewer.things import seen_by, things_of
-from aeros.runtime.ports import CameraPicture, LinkModel, PersonFigure, Reading, Readings, RobotBody, Vec3
+from aeros.runtime.ports import (
+    CameraPicture,
+    Hull,
+    LinkModel,
+    PersonFigure,
+    Reading,
+    Readings,
+    RobotBody,
+    Vec3,
+)
 from aeros.spec.model.site import Site
 
 SCENE: Final = "/aeros/scene"
@@ -34,7 +43,7 @@ class ViewPublisher:
         site: declares state variables, volumes and rules.
         missed: called with the reason for each message that cannot be made or published.
         cameras: names of cameras by perceiver; see `cameras_of_perceivers`.
-        models: how viewers draw the robot's links, by name of the link's hull.
+        models: how viewers draw the robot's links, by hull.
     """
 
     def __init__(
@@ -43,7 +52,7 @@ class ViewPublisher:
         site: Site,
         missed: Callable[[str], None],
         cameras: Mapping[str, Iterable[str]],
-        models: Mapping[str, LinkModel] = MappingProxyType({}),
+        models: Mapping[Hull, LinkModel] = MappingProxyType({}),
     ) -> None:
         self._site, self._missed, self._models = site, missed, models
         self._joints = motion_joints(site)

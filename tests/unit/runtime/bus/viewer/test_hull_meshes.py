@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.runtime.bus.viewer.hull_meshes import encode_glb, hull_triangles
-from aeros.runtime.ports import Surface
+from aeros.runtime.ports import ColouredMesh
 from tests.hypothesis_profiles import examples
 from tests.repo.tree import ROOT
 
@@ -62,8 +62,8 @@ def test_the_links_of_the_shipped_robots_have_hulls() -> None:
 
 
 def test_the_file_has_the_corners_with_y_up() -> None:
-    other = Surface(((0.25, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 1.0)), ((0, 1, 2),), (1.0, 0.0, 0.5))
-    file = encode_glb([Surface(CUBE, hull_triangles(CUBE), (0.02, 0.5, 1.0)), other])
+    other = ColouredMesh(((0.25, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 1.0)), ((0, 1, 2),), (1.0, 0.0, 0.5))
+    file = encode_glb([ColouredMesh(CUBE, hull_triangles(CUBE), (0.02, 0.5, 1.0)), other])
     magic, version, length = unpack_from("<4sII", file)
     assert (magic, version, length) == (b"glTF", 2, len(file))
     size, kind = unpack_from("<I4s", file, 12)

@@ -8,7 +8,7 @@ from fractions import Fraction
 from aeros.runtime.bus.messages import Time
 from aeros.runtime.bus.viewer.scene_entities import link_entities, person_entity, thing_entity, zone_entities
 from aeros.runtime.bus.viewer.things import SceneThing
-from aeros.runtime.ports import Hull, LinkModel, PersonFigure, Reading, Surface
+from aeros.runtime.ports import ColouredMesh, Hull, LinkModel, PersonFigure, Reading
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.model.site import Site
 from tests.unit.runtime.one_joint import PLAN
@@ -61,15 +61,16 @@ def test_a_robot_without_hulls_is_drawn_with_its_balls() -> None:
 
 def test_a_link_is_drawn_with_its_model_and_its_licence_if_it_has_one() -> None:
     hulls = (Hull("foot", 0, CORNERS, 0.01), Hull("arm", 1, CORNERS, 0.01))
-    shown = Surface(CORNERS[:3], ((0, 1, 2),), (1.0, 0.0, 0.0))
+    shown = ColouredMesh(CORNERS[:3], ((0, 1, 2),), (1.0, 0.0, 0.0))
     body, joints = replace(PLAN.body, hulls=hulls), ("shoulder",)
     plain = link_entities(body, joints, Time(1), {})
-    foot, arm = link_entities(body, joints, Time(1), {"arm": LinkModel(1, (shown,), "arm.urdf: MIT")})
+    foot, arm = link_entities(body, joints, Time(1), {hulls[1]: LinkModel((shown,), "arm.urdf: MIT")})
     assert foot == plain[0]
     assert [(one.key, one.value) for one in arm.metadata] == [("origin", "arm.urdf: MIT")]
     assert arm.models[0].data != plain[1].models[0].data
-    # A model in the frame of another joint would be drawn at the wrong place.
-    assert link_entities(body, joints, Time(1), {"arm": LinkModel(0, (shown,), "")}) == plain
+    # The model of a hull of the same name of another robot.
+    other = {hulls[1]._replace(radius=0.02): LinkModel((shown,), "")}
+    assert link_entities(body, joints, Time(1), other) == plain
 
 
 def test_a_person_is_the_capsule_of_the_simulator() -> None:
