@@ -22,7 +22,6 @@ from aeros.runtime.ports import (
     MotionHandle,
     NoMotion,
     PlannedMotion,
-    RobotBody,
     Trajectory,
     announce_stop,
 )
@@ -126,12 +125,12 @@ class FixedStepPlant(ABC):
     """The part of `aeros.runtime.ports.Plant` that simulators with control ticks share.
 
     Args:
-        robot: the simulated robot.
+        robot: the simulated robot; the attribute `body` is its body, as plans state it.
         cameras: names of the cameras that `look` accepts.
     """
 
     def __init__(self, robot: Robot, cameras: Collection[str]) -> None:
-        self._robot, self._cameras = robot, cameras
+        self._robot, self._cameras, self.body = robot, cameras, robot.model.body
         self._pictures: dict[str, PictureSource] = {}
         self._state = robot.read_sensors()
         self._filtered = _FilteredTorques(self._state.torque)
@@ -158,11 +157,6 @@ class FixedStepPlant(ABC):
 
     action_kinds: ClassVar = frozenset(SIMULATED_ACTIONS)
     """The action kinds that it can do, for sites with other words; see `Plant`."""
-
-    @property
-    def body(self) -> RobotBody:
-        """The robot's body, as plans state it."""
-        return self._robot.model.body
 
     def pictures(self) -> Mapping[str, CameraPicture]:
         """Return the newest picture of each camera: those of `look`, and the first ones of the scene.
