@@ -24,6 +24,7 @@ from aeros.apps.report_page.run_data import (
     parse_sample,
 )
 from aeros.apps.report_page.series import ClosestApproach, build_series
+from aeros.files import open_regular
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.spec.model.site import Site
 
@@ -179,7 +180,7 @@ class _Tail:
     def lines(self) -> Iterator[dict[str, Any]]:
         """Yield the objects in complete lines that were added since the last call; skip other lines."""
         try:
-            with self._path.open("rb") as file:
+            with open_regular(self._path) as file:
                 file.seek(self._position)
                 while chunk := file.read(_READ_CHUNK_BYTES):
                     self._position += len(chunk)

@@ -13,7 +13,7 @@ from typing import Final
 
 from aeros.cli.arguments import existing_path
 from aeros.exit_codes import UsageError
-from aeros.files import replace_durably
+from aeros.files import open_regular, replace_durably
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import LATEST_RUN
 
@@ -74,7 +74,7 @@ def find_audit_log(given: Path | None) -> Path:
 def _begin_of(log: Path) -> float:
     """Return when a run began, as its first record says; the time of the file if that says nothing."""
     try:
-        with log.open("rb") as file:
+        with open_regular(log) as file:
             written = json.loads(file.readline(_LONGEST_RECORD))["written"]
         if type(written) in (float, int) and isfinite(written):
             return float(written)
@@ -127,7 +127,8 @@ def latest_run(state: Path) -> tuple[Path, bool] | None:
         UsageError: The record is of another version of AEROS.
     """
     try:
-        record = json.loads((state / _FILE).read_text("utf-8"))
+        with open_regular(state / _FILE) as file:
+            record = json.loads(file.read())
         LATEST_RUN.require_current(record, state / _FILE)
         out, process = Path(record["out"]), int(record["pid"])
     except FormatVersionError as error:

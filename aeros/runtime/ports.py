@@ -218,6 +218,49 @@ class RobotBody:
     exempt_pairs: tuple[tuple[str, str], ...] = ()
 
 
+class ColouredMesh(NamedTuple):
+    """Triangles of one colour.
+
+    Attributes:
+        corners: positions, m.
+        triangles: numbers of the corners of each triangle, counterclockwise from outside.
+        colour: red, green and blue in [0, 1].
+    """
+
+    corners: Sequence[Vec3]
+    triangles: Sequence[tuple[int, int, int]]
+    colour: Vec3
+
+
+class LinkModel(NamedTuple):
+    """A link of a robot as viewers draw it; no decision depends on it.
+
+    Attributes:
+        surfaces: what is seen of it, in the frame of its hull.
+        origin: file that the surfaces are of, and its licence.
+    """
+
+    surfaces: tuple[ColouredMesh, ...]
+    origin: str
+
+
+class PersonFigure(NamedTuple):
+    """A simulated person where they are.
+
+    Attributes:
+        x, y: of the axis of their capsule in W, m.
+        floor: height in W of the floor that they stand on, m.
+        height: of the capsule, m.
+        radius: of the capsule, m.
+    """
+
+    x: float
+    y: float
+    floor: float
+    height: float
+    radius: float
+
+
 JointVector = tuple[float, ...]
 """One number for each joint; if they are positions, rad, and m of prismatic joints."""
 
@@ -523,6 +566,32 @@ def known_obstacles(plant: Plant) -> tuple[Obstacle, ...]:
     """
     obstacles: Callable[[], tuple[Obstacle, ...]] | None = getattr(plant, "obstacles", None)
     return () if obstacles is None else obstacles()
+
+
+def stated_body(plant: Plant) -> RobotBody | None:
+    """Return the robot's body as a plant states it before its first plan, for viewers.
+
+    Args:
+        plant: the plant.
+
+    Returns:
+        The body; None if the plant has no attribute `body`.
+    """
+    body: RobotBody | None = getattr(plant, "body", None)
+    return body
+
+
+def simulated_people(plant: Plant) -> tuple[PersonFigure, ...]:
+    """Return where the simulated people of a plant are, for viewers; nothing that acts may call it.
+
+    Args:
+        plant: the plant.
+
+    Returns:
+        The people; empty if the plant has no method `people`.
+    """
+    people: Callable[[], tuple[PersonFigure, ...]] | None = getattr(plant, "people", None)
+    return () if people is None else people()
 
 
 def plan_sequence(plant: Plant, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO
 
@@ -41,11 +42,11 @@ from aeros.runtime.isolation.run_factory import SkillRunFactory
 from aeros.runtime.perception.open_perceiver import open_by_policy, open_in_process
 from aeros.runtime.perception.perceiver_run import OpenPerceiver
 from aeros.runtime.perception.perceiving_plant import PerceivingPlant
-from aeros.runtime.ports import Plant, Runtime
+from aeros.runtime.ports import Plant, Runtime, simulated_people, stated_body
 from aeros.runtime.records.failed_measurements import RecordEvent, failure_text
 from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.runtime.tools.tool_plant import ToolPlant
-from aeros.session.bag import open_bag, open_live_view
+from aeros.session.bag import open_bag, open_live_view, read_link_models
 from aeros.session.plant_vocabulary import require_declared_measurements, require_known_actions
 from aeros.session.resource_meter import ResourceMeter
 from aeros.session.setup import AUDIT, open_isolated_skills
@@ -255,6 +256,9 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
     ):
         require_declared_measurements(plant, site)
         require_known_actions(plant, setup.configuration)
+        for one in feeds:
+            one.locate_people = partial(simulated_people, plant)
+            one.body = stated_body(plant)
         listeners: tuple[MeasurementListener, ...] = (samples, *feeds, *setup.listeners)
         yield RecordedPlant(plant, audit, skills, meter, observe, feed, peers, listeners)
 
@@ -263,7 +267,8 @@ def _live_feed(setup: SessionSetup) -> AbstractContextManager[BusFeed | None]:
     if setup.bus is None:
         return nullcontext()
     cameras = cameras_of_perceivers(setup.configuration.modules.values())
-    return BusFeed(setup.bus, setup.configuration.site, is_live=True, cameras=cameras)
+    site = setup.configuration.site
+    return BusFeed(setup.bus, site, is_live=True, cameras=cameras, models=read_link_models(site))
 
 
 def _record_listener(feeds: Sequence[BusFeed]) -> Callable[[bytes], None] | None:

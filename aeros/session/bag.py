@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, TextIO
@@ -13,12 +13,33 @@ from aeros.runtime.bus.recording.topic_choice import ChosenTopic, TopicChoice, T
 from aeros.runtime.bus.viewer.things import cameras_of_perceivers
 from aeros.runtime.bus.viewer.topics import topics_of
 from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.ports import Hull, LinkModel
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.site import Site
 
 _NOUN: Final = {"--bag": "folder", "--mcap": "file"}
 
 
 class BagOutputError(Exception):
     """A recording or live view that cannot be opened; the message says why and what to do."""
+
+
+def read_link_models(site: Site) -> Mapping[Hull, LinkModel]:
+    """Read how viewers draw the links of a site's robot; for before a run, as that takes up to a second.
+
+    Args:
+        site: The site that names the robot.
+
+    Returns:
+        The links by their hull; empty if their meshes are not installed, or the robot has no file.
+    """
+    try:
+        from aeros.sim.film.link_models import link_models
+        from aeros.sim.robot.robot_file import robot_of
+
+        return link_models(robot_of(site))
+    except (ImportError, UserError):
+        return {}
 
 
 @contextmanager
@@ -58,7 +79,9 @@ def open_bag(
     except BagError as refusal:
         raise BagOutputError(f"{refusal}; give a new {_NOUN[option]} with {option}") from refusal
     try:
-        with bag, BusFeed(bag, configuration.site, is_whole=True, cameras=cameras) as feed:
+        site = configuration.site
+        models = read_link_models(site)
+        with bag, BusFeed(bag, site, is_whole=True, cameras=cameras, models=models) as feed:
             yield feed
     except BagError as failure:
         raise BagOutputError(str(failure)) from failure
@@ -88,12 +111,14 @@ def open_live_view(
         from aeros.runtime.bus.live_view import LiveView, LiveViewError
     except ImportError as error:
         raise BagOutputError(f"--live needs {install_command('live')} ({error.name} is missing)") from error
-    try:
-        view = LiveView(port, configuration.site.id)
-    except LiveViewError as refusal:
-        raise BagOutputError(f"{refusal}; give another port with --live") from refusal
     cameras = cameras_of_perceivers(configuration.modules.values())
-    with view, BusFeed(view, configuration.site, cameras=cameras) as feed:
+    site = configuration.site
+    view = LiveView(site.id)
+    with view, BusFeed(view, site, cameras=cameras, models=read_link_models(site)) as feed:
+        try:
+            url = view.serve(port)
+        except LiveViewError as refusal:
+            raise BagOutputError(f"{refusal}; give another port with --live") from refusal
         if stream is not None:
-            print(f"live       {view.url}", file=stream, flush=True)
+            print(f"live       {url}", file=stream, flush=True)
         yield feed

@@ -125,12 +125,12 @@ class FixedStepPlant(ABC):
     """The part of `aeros.runtime.ports.Plant` that simulators with control ticks share.
 
     Args:
-        robot: the simulated robot.
+        robot: the simulated robot; the attribute `body` is its body, as plans state it.
         cameras: names of the cameras that `look` accepts.
     """
 
     def __init__(self, robot: Robot, cameras: Collection[str]) -> None:
-        self._robot, self._cameras = robot, cameras
+        self._robot, self._cameras, self.body = robot, cameras, robot.model.body
         self._pictures: dict[str, PictureSource] = {}
         self._state = robot.read_sensors()
         self._filtered = _FilteredTorques(self._state.torque)

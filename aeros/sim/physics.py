@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple, Protocol, TypedDict, Unpack
 
 import numpy as np
 
-from aeros.runtime.ports import CameraPicture, CameraView, Readings
+from aeros.runtime.ports import CameraPicture, CameraView, PersonFigure, Readings
 from aeros.sim.engine.engine import Engine
 from aeros.sim.engine.people import People, Person
 from aeros.sim.engine.robot import PhysicalRobot
@@ -227,6 +227,14 @@ class PhysicsPlant(FixedStepPlant):
             The truth, or the number, of each state variable that the scene defines.
         """
         return self._scene.truth()
+
+    def people(self) -> tuple[PersonFigure, ...]:
+        """Locate the simulated people, for viewers; nothing that acts may call it.
+
+        Returns:
+            The people where they truly are.
+        """
+        return tuple(self._people.figures())
 
     def skill_began(self, skill: str) -> None:
         """Implement `Plant.skill_began`: tell the disturbance."""

@@ -17,6 +17,7 @@ from aeros.runtime.ports import (
     PlannedMotion,
     Reading,
     Readings,
+    RobotBody,
     Trajectory,
     announce_stop,
 )
@@ -65,6 +66,11 @@ class ArmPlant:
         return self._arm.pid
 
     # The port.
+
+    @property
+    def body(self) -> RobotBody:
+        """The robot's body, as plans state it."""
+        return self._planner.body
 
     def now(self) -> float:
         """Implement `Plant.now`: the robot's clock at the newest state that was read."""

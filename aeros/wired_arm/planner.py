@@ -127,6 +127,9 @@ class StandingRobot(Robot):
 class MotionPlanner:
     """Planner for one robot.
 
+    Attributes:
+        body: the robot's body, as plans state it.
+
     Args:
         model: the robot.
         base: position of the arm's base in W, m.
@@ -134,6 +137,7 @@ class MotionPlanner:
     """
 
     def __init__(self, model: RobotModel, base: Vec3, start_tolerance: float) -> None:
+        self.body = model.body
         self._robot = StandingRobot(model, base)
         self._start_tolerance = start_tolerance
 

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from http import HTTPStatus
-from http.client import HTTP_PORT
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import BoundedSemaphore
 from typing import Any, Final
 
+from aeros.apps.http_hosts import allowed_hosts, http_authority
 from aeros.descriptions import describe_exception
 
 HOST: Final = "127.0.0.1"
@@ -48,15 +48,13 @@ class PageServer(ThreadingHTTPServer):
         super().__init__((HOST, port), _PageHandler)
         self.page = page
         self.every = every
-        # Browsers leave out the port of HTTP.
-        ends = (f":{self.server_port}", *([""] if self.server_port == HTTP_PORT else []))
-        self.hosts = frozenset(f"{name}{end}" for name in (HOST, "localhost") for end in ends)
+        self.hosts = allowed_hosts(HOST, self.server_port)
         self._free = BoundedSemaphore(_MAX_CONNECTIONS)
 
     @property
     def url(self) -> str:
         """The address for browsers."""
-        return f"http://{HOST}:{self.server_port}/"
+        return f"http://{http_authority(HOST, self.server_port)}/"
 
     def process_request(self, request: Any, client_address: Any) -> None:
         """Answer a connection in a thread of its own, or close it if too many are open.

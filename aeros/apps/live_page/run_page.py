@@ -39,6 +39,9 @@ class RunPage:
         self._find_run = find_run
         self._find_sites = find_sites
         self._lock = Lock()
+        self._sites: dict[str, Site] = {}
+        self._sought: frozenset[str] = frozenset()
+        """Digests of sites that were searched for; reading all sites of a robot takes seconds."""
         self._made_of: object = None
         self._page = ""
 
@@ -63,10 +66,13 @@ class RunPage:
 
     def _make(self, folder: Path, is_running: bool) -> str:
         left = _read(folder, is_running)
-        wanted = {one.site for one in left.decisions if one.site is not None}
+        wanted = frozenset(one.site for one in left.decisions if one.site is not None)
+        if not wanted <= self._sought:
+            self._sites.update(self._find_sites(wanted))
+            self._sought |= wanted
         film = None if is_running else find_film(folder, folder)
         shown = None if film is None or film.content is None else film
-        return page_of(left, folder.resolve().name, self._find_sites(wanted), _SIGNED, shown)
+        return page_of(left, folder.resolve().name, self._sites, _SIGNED, shown)
 
 
 def _read(folder: Path, is_running: bool) -> RunData:

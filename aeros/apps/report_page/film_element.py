@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import os
 from collections.abc import Sequence
 from html import escape
 from os.path import relpath
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 from urllib.parse import quote
 
+from aeros.files import open_regular
 from aeros.sim.film.film_span import FilmSpan, read_film_span
 
 FILM_NAMES: Final = ("film.mp4", "film.webp", "film.gif")
@@ -54,8 +56,8 @@ def find_film(folder: Path, page: Path, names: Sequence[str] = FILM_NAMES) -> Fi
     for name in names:
         path = folder / name
         try:
-            if path.is_file():
-                content = path.read_bytes() if path.stat().st_size <= _MAX_BYTES else None
+            with open_regular(path) as file:
+                content = None if os.fstat(file.fileno()).st_size > _MAX_BYTES else file.read()
                 return FilmFile(Path(relpath(folder.resolve() / name, page.resolve())).as_posix(), content)
         except OSError:
             continue

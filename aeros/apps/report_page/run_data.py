@@ -19,6 +19,7 @@ from typing import Any, Final
 
 from aeros.apps.rule_causes import RuleCause, read_causes
 from aeros.apps.stop_text import stop_text
+from aeros.files import open_regular
 from aeros.runtime.audit.check import CHECKPOINT, GENESIS, AuditReport, DecisionCounts, Record, verify_log
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.sim.film_file import FILE as POSES
@@ -214,7 +215,7 @@ def read_run_data(folder: Path) -> RunData:
 
 def _people(path: Path) -> Iterator[tuple[float, tuple[tuple[float, float], ...]]]:
     """Yield where people were, of the lines of recorded poses that say so; other lines are skipped."""
-    with suppress(OSError), path.open("rb") as file:
+    with suppress(OSError), open_regular(path) as file:
         for line in file:
             if b'"people"' in line and (found := _parse_people(line)) is not None:
                 yield found
@@ -243,7 +244,7 @@ def _lines(
     readable = range(oldest_version or format_.version, format_.version)
     bad = 0
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             for line in file:
                 try:
                     found = json.loads(line)

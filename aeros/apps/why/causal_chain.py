@@ -14,7 +14,7 @@ from aeros.apps.why.failed_measurements import failures_before
 from aeros.apps.why.judged_end import refuted_belief, undecided_branches
 from aeros.apps.why.provider_choices import explain_choice
 from aeros.runtime.audit.check import Record
-from aeros.spec.expr.shortfall import UnmetBound
+from aeros.spec.expr.shortfall import UnmetBound, format_value
 from aeros.spec.migrations.renamed_names import current_event
 from aeros.spec.model.cause import Cause
 
@@ -365,14 +365,8 @@ def _goal(details: Mapping[str, Any]) -> str:
     goal, measured = _text(details, "goal"), details.get("measured")
     if not goal or not isinstance(measured, dict):
         return ""
-    values = ", ".join(f"{name} is {_shown(value)}" for name, value in measured.items())
+    values = ", ".join(f"{name} is {format_value(value)}" for name, value in measured.items())
     return f" (`{goal}`; {values})"
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    return "unknown" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _changes(cause: Cause) -> Iterator[str]:

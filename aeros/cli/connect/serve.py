@@ -176,6 +176,8 @@ class _Server:
             print_bus(self._peers, f"waiting for {PURSUE}")
             try:
                 while governor.command is not OperatorCommand.STOP:
+                    # So that peers see the robot while it waits; what has not changed is not published again.
+                    executor.observe()
                     if skills is not None:
                         skills.take_turn(0.0)
                     if skills is None or not skills.is_busy:

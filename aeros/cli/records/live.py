@@ -6,6 +6,7 @@ import argparse
 import os
 from collections.abc import Mapping, Set
 from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -80,8 +81,7 @@ def _port(text: str) -> int:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    given = [] if arguments.site is None else [read_site(arguments.site)]
-    sites: dict[str, Site] = {site.digest: site for site in given}
+    given = None if arguments.site is None else read_site(arguments.site)
     run = None if arguments.run is None else find_run_folder(arguments.run)
 
     def find_run() -> tuple[Path, bool] | None:
@@ -91,10 +91,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return run, found is not None and found[1] and found[0] == run.resolve()
 
     def find_sites(digests: Set[str]) -> Mapping[str, Site]:
-        if not digests <= sites.keys():
-            at_hand = available_sites(arguments.state, None)
-            sites.update({site.digest: site for site in at_hand if site.digest in digests})
-        return sites
+        sites = chain(() if given is None else (given,), available_sites(arguments.state, None))
+        return {site.digest: site for site in sites if site.digest in digests}
 
     try:
         server = PageServer(arguments.port, RunPage(find_run, find_sites).html, arguments.interval)

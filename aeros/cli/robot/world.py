@@ -20,6 +20,7 @@ from aeros.cli.arguments import add_command
 from aeros.cli.terminal.rendering import print_table
 from aeros.cli.terminal.streams import print_data
 from aeros.exit_codes import Exit
+from aeros.spec.expr.shortfall import format_value
 from aeros.spec.model.task_parameters import is_instruction
 
 if TYPE_CHECKING:
@@ -112,20 +113,21 @@ def _attribute_text(name: str, one: RememberedValue) -> str:
         return f"{one.value:g} of them"
     if name != "position":
         return name if one.value else f"not {name}"
-    text = f"at {_value_text(one.value)} m"
+    text = f"at {format_value(one.value, digits=4)} m"
     if one.uncertainty is not None:
         text += f" ± {one.uncertainty:g} m"
     return text + (f" (at first {_usual_text(one)})" if one.sessions > 1 else "")
 
 
 def _usual_text(one: RememberedValue) -> str:
-    usual = _value_text(one.usual) if one.usual != one.value else "the same"
+    usual = format_value(one.usual, digits=4) if one.usual != one.value else "the same"
     return f"{usual} in {one.usual_sessions} of {one.sessions} sessions"
 
 
 def _rows(found: Sequence[RememberedValue], now: datetime) -> Iterator[tuple[str, str]]:
     for one in found:
-        parts = [f"{_value_text(one.value)}, {_age_text(one.age(now))} ago in session {one.session}"]
+        value = format_value(one.value, digits=4)
+        parts = [f"{value}, {_age_text(one.age(now))} ago in session {one.session}"]
         if one.source is not None:
             parts.append("said by the instruction" if is_instruction(one.source) else f"by {one.source}")
         if one.uncertainty is not None:
@@ -133,14 +135,6 @@ def _rows(found: Sequence[RememberedValue], now: datetime) -> Iterator[tuple[str
         if one.sessions > 1:
             parts.append(f"at first {_usual_text(one)}")
         yield one.variable, ", ".join(parts)
-
-
-def _value_text(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    return f"({', '.join(map(_value_text, value))})" if isinstance(value, list) else str(value)
 
 
 def _age_text(seconds: float) -> str:

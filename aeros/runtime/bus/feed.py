@@ -17,7 +17,7 @@ from typing import Any, Final, NamedTuple, Self
 from aeros.runtime.bus.message_publisher import MessagePublisher, RobotChain
 from aeros.runtime.bus.port import PublisherFactory
 from aeros.runtime.bus.viewer.view_publisher import ViewPublisher
-from aeros.runtime.ports import CameraPicture, Reading, Readings
+from aeros.runtime.ports import CameraPicture, Hull, LinkModel, PersonFigure, Reading, Readings, RobotBody
 from aeros.spec.model.site import Site
 
 _MAX_STATES: Final = 1_000
@@ -41,6 +41,7 @@ class _State(NamedTuple):
     now: float | None
     values: Mapping[str, Any]
     chain: RobotChain
+    people: tuple[PersonFigure, ...]
 
     def readings(self) -> Readings:
         """Return each value with its time."""
@@ -59,6 +60,8 @@ class BusFeed:
         lost: number of items dropped because the queue was full, and of messages that could not be made or
             published.
         trouble: the first reason for a loss; None if nothing was lost.
+        locate_people: returns where the simulated people are; called with each measurement.
+        body: the robot's body until a plan states it; None if it is unknown.
 
     Args:
         bus: bus to publish on.
@@ -66,6 +69,7 @@ class BusFeed:
         is_whole: make the run wait for room in the queue, so that nothing is dropped.
         is_live: True for a bus with listeners that come and go; see `MessagePublisher`.
         cameras: names of cameras by perceiver; see `cameras_of_perceivers`.
+        models: how viewers draw the robot's links, by hull.
     """
 
     def __init__(
@@ -76,13 +80,16 @@ class BusFeed:
         is_whole: bool = False,
         is_live: bool = False,
         cameras: Mapping[str, Iterable[str]] = MappingProxyType({}),
+        models: Mapping[Hull, LinkModel] = MappingProxyType({}),
     ) -> None:
+        self.locate_people: Callable[[], tuple[PersonFigure, ...]] = tuple
+        self.body: RobotBody | None = None
         self._is_whole = is_whole
         self.lost = 0
         self.trouble: str | None = None
         self._publishers = (
             MessagePublisher(bus, site, self._count_dropped, is_live=is_live),
-            ViewPublisher(bus, site, self._count_dropped, cameras),
+            ViewPublisher(bus, site, self._count_dropped, cameras, models),
         )
         self._queue: SimpleQueue[bytes | _State | CameraPicture | None] = SimpleQueue()
         self._picture_room = threading.Semaphore(_MAX_PICTURES)
@@ -101,11 +108,11 @@ class BusFeed:
 
     def on_tick(self, now: float, values: Mapping[str, Any], chain: RobotChain) -> None:
         """Implement `MeasurementListener.on_tick`."""
-        self._enqueue(_State(now, dict(values), chain), _MAX_STATES)
+        self._enqueue(self._state(now, values, chain), _MAX_STATES)
 
     def on_observed(self, readings: Readings, chain: RobotChain) -> None:
         """Implement `MeasurementListener.on_observed`."""
-        self._enqueue(_State(None, dict(readings), chain), _MAX_STATES)
+        self._enqueue(self._state(None, readings, chain), _MAX_STATES)
 
     def on_picture(self, picture: CameraPicture) -> None:
         """Implement `PictureListener.on_picture`."""
@@ -125,6 +132,10 @@ class BusFeed:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _state(self, now: float | None, values: Mapping[str, Any], chain: RobotChain) -> _State:
+        known = chain if chain.body is not None else chain._replace(body=self.body)
+        return _State(now, dict(values), known, self.locate_people())
 
     def _enqueue(self, item: bytes | _State, max_count: int) -> None:
         if self._has_room(lambda: self._queue.qsize() < max_count):
@@ -158,4 +169,7 @@ def _publish(publisher: MessagePublisher | ViewPublisher, item: bytes | _State |
     elif isinstance(item, CameraPicture):
         publisher.publish_picture(item)
     else:
-        publisher.publish_state(item.readings(), item.chain)
+        readings = item.readings()
+        publisher.publish_state(readings, item.chain)
+        if isinstance(publisher, ViewPublisher):
+            publisher.publish_people(readings, item.people)

@@ -77,6 +77,8 @@ class ListenedPlant:
         """Time of the newest picture of each camera that was shown, s."""
         self._chain = RobotChain()
         self._travelling: set[MotionHandle] = set()
+        # A robot that waits for its first goal observes nothing yet.
+        self._show_new_pictures()
 
     def now(self) -> float:
         """Implement `Plant.now`."""
@@ -87,8 +89,7 @@ class ListenedPlant:
         readings = self._plant.observe()
         for listener in self._listeners:
             listener.on_observed(readings, self._chain)
-        if self._viewers:
-            self._show_new_pictures()
+        self._show_new_pictures()
         return readings
 
     def plan(self, action: Action) -> PlannedMotion:
@@ -150,6 +151,8 @@ class ListenedPlant:
         return newest_pictures(self._plant)
 
     def _show_new_pictures(self) -> None:
+        if not self._viewers:
+            return
         for name, picture in newest_pictures(self._plant).items():
             if self._shown.get(name) != picture.time:
                 self._shown[name] = picture.time

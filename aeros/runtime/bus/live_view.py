@@ -12,7 +12,7 @@ import threading
 from typing import Final, Generic, Self
 
 import foxglove
-from foxglove.websocket import ChannelView, Client, ServerListener
+from foxglove.websocket import ChannelView, Client, ServerListener, WebSocketServer
 
 from aeros.runtime.bus.cdr import CdrEncoder, plant_nanoseconds
 from aeros.runtime.bus.messages import Message
@@ -33,27 +33,35 @@ class LiveView:
 
     Latched messages, such as the robot's description and the scene, are sent again to each new client.
 
-    Attributes:
-        url: Address for viewers.
-
     Args:
-        port: Port of 127.0.0.1; 0 for any free one.
         name: Name of the robot that viewers show.
-
-    Raises:
-        LiveViewError: The port is in use.
     """
 
-    def __init__(self, port: int, name: str) -> None:
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._server: WebSocketServer | None = None
         self._encoder = CdrEncoder()
         self._context = foxglove.Context()
         self._channels: dict[str, foxglove.Channel] = {}
         self._latched: dict[int, tuple[foxglove.Channel, bytes, int]] = {}
         self._lock = threading.Lock()
         self._latest = 0
+
+    def serve(self, port: int) -> str:
+        """Start the server, once all publishers are made: it may refuse a topic that is being made.
+
+        Args:
+            port: Port of 127.0.0.1; 0 for any free one.
+
+        Returns:
+            Address for viewers.
+
+        Raises:
+            LiveViewError: The port is in use.
+        """
         try:
             self._server = foxglove.start_server(
-                name=f"AEROS: {name}",
+                name=f"AEROS: {self._name}",
                 host=HOST,
                 port=port,
                 capabilities=[],
@@ -63,7 +71,7 @@ class LiveView:
             )
         except (OSError, RuntimeError) as failure:
             raise LiveViewError(f"cannot serve a live view at {HOST}:{port}: {failure}") from failure
-        self.url = f"ws://{HOST}:{self._server.port}"
+        return f"ws://{HOST}:{self._server.port}"
 
     def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> _LivePublisher[M]:
         """Implement `PublisherFactory.publisher`."""
@@ -104,7 +112,8 @@ class LiveView:
 
     def close(self) -> None:
         """Disconnect all clients; safe to call twice."""
-        self._server.stop()
+        if self._server is not None:
+            self._server.stop()
 
     def __enter__(self) -> Self:
         return self

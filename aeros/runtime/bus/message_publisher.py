@@ -79,7 +79,7 @@ class MessagePublisher:
             if (topic := _topic_of(name)) is not None
         }
         self._cameras = {
-            name: bus.publisher(topic, CompressedImage)
+            name: bus.publisher(topic, CompressedImage, latched=True)
             for name in site.cameras
             if (topic := ros_name(f"/aeros/camera/{name}/compressed")) is not None
         }

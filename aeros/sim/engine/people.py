@@ -10,8 +10,9 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import dist, inf, sqrt
-from typing import Final, NamedTuple
+from typing import Final
 
+from aeros.runtime.ports import PersonFigure
 from aeros.sim.engine.engine import Engine
 from aeros.sim.randomness import RandomSource
 from aeros.sim.scanners.sections import Disc
@@ -114,23 +115,6 @@ class WalkSchedule:
     def _add_keyframe(self, time: float, place: Position2) -> None:
         self._times.append(time)
         self._places.append(place)
-
-
-class PersonFigure(NamedTuple):
-    """A person where they are.
-
-    Attributes:
-        x, y: of the axis of their capsule in W, m.
-        floor: height in W of the floor that they stand on, m.
-        height: of the capsule, m.
-        radius: of the capsule, m.
-    """
-
-    x: float
-    y: float
-    floor: float
-    height: float
-    radius: float
 
 
 class People:

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import ParseError
 import numpy as np
 
 from aeros.kinematic_chain import Mounting, frames_of, mounting_of
-from aeros.sim.film.meshes import Mesh, data_folder, meshes_of_urdf, rounded_corners
+from aeros.sim.film.meshes import Mesh, meshes_of_urdf, rounded_corners, stock_urdf_file
 from aeros.sim.film.person_shapes import PERSON_PARTS, Stance, part_poses
 from aeros.sim.film.recording import CoatingFigure, PoseSample, Recording, RecordingError, RobotFigure
 from aeros.sim.geometry import UPRIGHT, Pose, compose
@@ -457,9 +457,8 @@ def arm_of(robot: RobotFigure) -> MeshArm | HullArm:
     Returns:
         The arm, by its meshes if they are installed and can be read, else by its hulls.
     """
-    folder = data_folder()
-    path = None if folder is None or not robot.urdf else (folder / robot.urdf).resolve()
-    if path is None or folder is None or folder.resolve() not in path.parents or not path.is_file():
+    path = stock_urdf_file(robot.urdf)
+    if path is None:
         return HullArm(robot)
     meshes: dict[str, tuple[tuple[Pose, Mesh], ...]] = {}
     try:

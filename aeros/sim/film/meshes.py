@@ -57,6 +57,22 @@ def data_folder() -> Path | None:
     return None if spec is None or spec.origin is None else Path(spec.origin).parent
 
 
+def stock_urdf_file(path: str) -> Path | None:
+    """Find a URDF file in PyBullet's data.
+
+    Args:
+        path: its path there.
+
+    Returns:
+        The file; None if the data are not installed, or have no such file.
+    """
+    folder = data_folder()
+    if folder is None or not path:
+        return None
+    file = (folder / path).resolve()
+    return file if folder.resolve() in file.parents and file.is_file() else None
+
+
 def meshes_of_urdf(path: Path) -> Iterator[LinkMesh]:
     """Read the visible meshes of a URDF file.
 
@@ -89,6 +105,8 @@ def read_obj(path: Path) -> list[Mesh]:
     faces: dict[str, list[tuple[int, int, int]]] = {}
     material = ""
     for line in path.read_text("utf-8", "replace").splitlines():
+        if line.startswith(("vn", "vt")):  # normals and places in textures: most of a file
+            continue
         word, *rest = line.split() or [""]
         if word == "v":
             corners.append((float(rest[0]), float(rest[1]), float(rest[2])))

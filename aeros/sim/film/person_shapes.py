@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import atan2, cos, hypot, pi, sin
 from typing import Final, NamedTuple
 
-from aeros.sim.engine.people import PersonFigure
+from aeros.runtime.ports import PersonFigure
 from aeros.sim.geometry import UPRIGHT, Pose, Quaternion, compose
 from aeros.sim.pictures.visual_shapes import VisualShape
 from aeros.spec.model.scene import Colour

@@ -11,9 +11,9 @@ from typing import BinaryIO, Final, NamedTuple
 import numpy as np
 
 from aeros.files import open_private
+from aeros.runtime.ports import PersonFigure
 from aeros.sim.clock import TICK
 from aeros.sim.engine.engine import PlacedBody
-from aeros.sim.engine.people import PersonFigure
 from aeros.sim.engine.world import EngineWorld
 from aeros.sim.film.recording import (
     PICTURES_PER_SECOND,

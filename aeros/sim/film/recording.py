@@ -14,8 +14,9 @@ from math import ceil, hypot
 from pathlib import Path
 from typing import Any, Final
 
+from aeros.files import open_regular
 from aeros.kinematic_chain import PRISMATIC, Row
-from aeros.sim.engine.people import PersonFigure
+from aeros.runtime.ports import PersonFigure
 from aeros.sim.geometry import Camera, Pose, Vector3, camera_axes
 from aeros.sim.pictures.visual_shapes import SHAPE_KINDS, VisualShape
 from aeros.spec.migrations.format import FormatVersionError
@@ -292,7 +293,8 @@ def read_recording(path: Path) -> Recording:
         RecordingError: the file is missing, damaged or of another version, or has no picture.
     """
     try:
-        lines = path.read_bytes().split(b"\n")
+        with open_regular(path) as file:
+            lines = file.read().split(b"\n")
     except OSError as failure:
         raise RecordingError(f"`{path}` cannot be read: {failure.strerror}") from failure
     # A line that a killed run did not finish has no end; after the last complete one there is an empty text.

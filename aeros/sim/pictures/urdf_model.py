@@ -64,6 +64,19 @@ class UrdfVisuals:
         """Names of the prismatic joints."""
         return tuple(joint.name for joint in self._joint_to.values() if joint.slides)
 
+    def joints_above(self, link: str) -> Iterator[str]:
+        """Name the joints that move a link.
+
+        Args:
+            link: its name.
+
+        Yields:
+            Their names, from the link to the base.
+        """
+        while (joint := self._joint_to.get(link)) is not None:
+            yield joint.name
+            link = joint.parent
+
     def link_pose(self, link: str, positions: Mapping[str, float]) -> Pose:
         """Compute the pose of a link.
 

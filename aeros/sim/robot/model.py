@@ -150,7 +150,9 @@ class RobotModel:
         postures: postures that inverse kinematics uses.
         servos: settings of the servos.
         dynamics: masses and friction.
+        licence: licence and origin of the shapes, as text.
         stock_urdf: URDF for PyBullet; None if one is made from hulls and masses.
+        meshes: URDF whose visible meshes viewers show; None for the hulls.
     """
 
     name: str
@@ -163,7 +165,9 @@ class RobotModel:
     postures: Postures
     servos: ServoSettings
     dynamics: Dynamics
+    licence: str = ""
     stock_urdf: StockUrdf | None = None
+    meshes: StockUrdf | None = None
 
     @property
     def joint_count(self) -> int:

@@ -239,9 +239,7 @@ class _RobotReader:
             hulls,
             exempt,
         )
-        urdf = file.urdf
-        if urdf is not None and len(urdf.joints) != self._joints:
-            self._wrong_count("`joints`", len(urdf.joints), urdf.span)
+        stock = self._stock_urdf(file.urdf)
         return RobotModel(
             name=file.id.value,
             description=file.description.value,
@@ -253,10 +251,17 @@ class _RobotReader:
             postures=self._postures(),
             servos=self._servos(),
             dynamics=self._dynamics(),
-            stock_urdf=None
-            if urdf is None
-            else StockUrdf(urdf.path.value, urdf.base.value, tuple(one.value for one in urdf.joints)),
+            licence=file.licence.value,
+            stock_urdf=stock,
+            meshes=stock if file.meshes is None else self._stock_urdf(file.meshes),
         )
+
+    def _stock_urdf(self, urdf: declared.Urdf | None) -> StockUrdf | None:
+        if urdf is None:
+            return None
+        if len(urdf.joints) != self._joints:
+            self._wrong_count("`joints`", len(urdf.joints), urdf.span)
+        return StockUrdf(urdf.path.value, urdf.base.value, tuple(one.value for one in urdf.joints))
 
     def _limits(self) -> JointLimits:
         limits = self._file.limits

@@ -63,7 +63,7 @@ class UnmetBound:
             The two texts, with unit; equal only if 17 digits do not separate them.
         """
         for digits in _DIGITS:
-            texts = _format_value(self.value, self.unit, digits), _format_value(self.bound, self.unit, digits)
+            texts = format_value(self.value, self.unit, digits), format_value(self.bound, self.unit, digits)
             if texts[0] != texts[1]:
                 break
         return texts
@@ -147,10 +147,22 @@ def _value(term: t.Term, values: Environment) -> tuple[float | bool | str, str]:
     return cast("bool | str", value), ""
 
 
-def _format_value(value: float | bool | str | None, unit: str, digits: int) -> str:
-    if value is None or isinstance(value, bool | str):
-        return str(value).lower() if isinstance(value, bool) else str(value)
-    return f"{value:.{digits}g} {unit}".rstrip()
+def format_value(value: Any, unit: str = "", digits: int = 6) -> str:
+    """Write a measured value or a bound for people.
+
+    Args:
+        value: number, truth or member; a list of them; None if unknown.
+        unit: of a number.
+        digits: significant digits of a number.
+
+    Returns:
+        The text.
+    """
+    if isinstance(value, list):
+        return f"({', '.join(format_value(one, unit, digits) for one in value)})"
+    if isinstance(value, float):
+        return f"{value:.{digits}g} {unit}".rstrip()
+    return "unknown" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _dimension(term: t.Term) -> Dimension:

@@ -1,4 +1,4 @@
-"""Address at which the MCP server listens over HTTP, and the names that requests may give it."""
+"""Address at which the MCP server listens over HTTP."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import ipaddress
 import re
 import socket
 from typing import Final, NamedTuple
+
+from aeros.apps.http_hosts import http_authority
 
 HTTP_PATH: Final = "/mcp"
 
@@ -84,22 +86,4 @@ def server_url(listener: socket.socket) -> str:
     Returns:
         The URL.
     """
-    return f"http://{_authority(*listener.getsockname()[:2])}{HTTP_PATH}"
-
-
-def allowed_hosts(listener: socket.socket) -> list[str]:
-    """List the names of the server that requests may give in `Host`.
-
-    Args:
-        listener: The listening socket.
-
-    Returns:
-        Address and port; on a loopback address also `localhost` and port.
-    """
-    host, port = listener.getsockname()[:2]
-    named = [host, "localhost"] if ipaddress.ip_address(host).is_loopback else [host]
-    return [_authority(one, port) for one in named]
-
-
-def _authority(host: str, port: int) -> str:
-    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+    return f"http://{http_authority(*listener.getsockname()[:2])}{HTTP_PATH}"

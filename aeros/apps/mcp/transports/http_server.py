@@ -18,8 +18,9 @@ import uvicorn
 from mcp.server.lowlevel import Server
 from mcp.server.transport_security import TransportSecuritySettings
 
+from aeros.apps.http_hosts import allowed_hosts
 from aeros.apps.mcp.server import DISCONNECT_KEY
-from aeros.apps.mcp.transports.http_address import HTTP_PATH, allowed_hosts
+from aeros.apps.mcp.transports.http_address import HTTP_PATH
 from aeros.apps.mcp.transports.http_connection import BoundedConnection
 from aeros.apps.mcp.transports.request_limit import (
     MAX_BODY_BYTES,
@@ -56,7 +57,7 @@ def serve_http(
         on_poll: Called every 0.1 s.
         is_over: Polled every 0.1 s.
     """
-    hosts = allowed_hosts(listener)
+    hosts = allowed_hosts(*listener.getsockname()[:2])
     origins = [f"http://{one}" for one in hosts]
     app: Any = server.streamable_http_app(
         streamable_http_path=HTTP_PATH,

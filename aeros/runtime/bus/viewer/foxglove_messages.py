@@ -181,6 +181,24 @@ class SpherePrimitive(Message, frozen=True):
     color: Color = Color()
 
 
+class CylinderPrimitive(Message, frozen=True):
+    """Cylinder along z.
+
+    Attributes:
+        pose: of its middle.
+        size: diameters and height, m.
+        bottom_scale, top_scale: factors on the diameter at its ends.
+        color: colour.
+    """
+
+    ros = "foxglove_msgs/msg/CylinderPrimitive"
+    pose: PoseMessage = PoseMessage()
+    size: Vector3 = Vector3()
+    bottom_scale: float = 1.0
+    top_scale: float = 1.0
+    color: Color = Color()
+
+
 class TextPrimitive(Message, frozen=True):
     """Text in space.
 
@@ -235,8 +253,8 @@ class SceneEntity(Message, frozen=True):
         lifetime: time after which it disappears; zero for never.
         frame_locked: True to follow the frame as that moves.
         metadata: texts about it.
-        arrows, cylinders, lines, triangles: none.
-        cubes, spheres, texts, models: parts.
+        arrows, lines, triangles: none.
+        cubes, spheres, cylinders, texts, models: parts.
     """
 
     ros = "foxglove_msgs/msg/SceneEntity"
@@ -249,7 +267,7 @@ class SceneEntity(Message, frozen=True):
     arrows: tuple[Message, ...] = ()
     cubes: tuple[CubePrimitive, ...] = ()
     spheres: tuple[SpherePrimitive, ...] = ()
-    cylinders: tuple[Message, ...] = ()
+    cylinders: tuple[CylinderPrimitive, ...] = ()
     lines: tuple[Message, ...] = ()
     triangles: tuple[Message, ...] = ()
     texts: tuple[TextPrimitive, ...] = ()

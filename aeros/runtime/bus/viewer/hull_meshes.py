@@ -1,14 +1,17 @@
-"""Meshes of convex hulls, as binary glTF files."""
+"""Meshes of convex hulls, and binary glTF files of meshes."""
 
 from __future__ import annotations
 
 import json
+from array import array
 from collections.abc import Sequence
+from itertools import chain
 from math import sqrt
-from struct import pack, unpack
-from typing import Final
+from struct import pack
+from sys import byteorder
+from typing import Any, Final
 
-from aeros.runtime.ports import Vec3
+from aeros.runtime.ports import ColouredMesh, Vec3
 
 Triangle = tuple[int, int, int]
 
@@ -16,8 +19,10 @@ _FLAT: Final = 1e-12
 """Volume up to which a corner counts as on a face, m³."""
 
 _MAGIC, _VERSION, _JSON, _BINARY = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
-_FLOAT, _ARRAY_BUFFER = 5126, 34962
+_FLOAT, _UNSIGNED_INT, _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 5126, 5125, 34962, 34963
 """Numbers of the glTF 2.0 specification."""
+
+_BOUNDS: Final = (("min", min), ("max", max))
 
 
 def hull_triangles(corners: Sequence[Vec3]) -> list[Triangle]:
@@ -47,58 +52,72 @@ def hull_triangles(corners: Sequence[Vec3]) -> list[Triangle]:
     return sorted(faces)
 
 
-def encode_glb(corners: Sequence[Vec3], triangles: Sequence[Triangle]) -> bytes:
-    """Encode a mesh with flat faces as a binary glTF 2.0 file.
+def encode_glb(surfaces: Sequence[ColouredMesh]) -> bytes:
+    """Encode a mesh as a binary glTF 2.0 file.
 
     The up axis of glTF is y and that of robots z, so viewers turn files by a right angle about x. The file
-    has coordinates that are right after that.
+    has coordinates that are right after that. It has no normals: viewers compute those of flat faces.
 
     Args:
-        corners: positions, m.
-        triangles: numbers of the corners of each face.
+        surfaces: the parts of the mesh.
 
     Returns:
         The file.
     """
-    points, normals = [], []
-    for triangle in triangles:
-        places = [corners[number] for number in triangle]
-        points += places
-        normals += [_normal(*places)] * 3
-    low, high = (tuple(edge(one) for one in zip(*map(_turn, points), strict=True)) for edge in (min, max))
-    size = 12 * len(points)
-    views = [{"buffer": 0, "byteOffset": at, "byteLength": size, "target": _ARRAY_BUFFER} for at in (0, size)]
-    accessor = {"componentType": _FLOAT, "count": len(points), "type": "VEC3"}
-    primitive = {"attributes": {"POSITION": 0, "NORMAL": 1}, "material": 0}
+    data = bytearray()
+    views: list[dict[str, int]] = []
+    accessors: list[dict[str, Any]] = []
+    for surface in surfaces:
+        points = array("f", (one for x, y, z in surface.corners for one in (x, z, -y)))
+        numbers = array("I", chain.from_iterable(surface.triangles))
+        bounds = {name: [edge(points[axis::3]) for axis in range(3)] for name, edge in _BOUNDS}
+        for values, target, accessor in (
+            (points, _ARRAY_BUFFER, {"componentType": _FLOAT, "type": "VEC3", **bounds}),
+            (numbers, _ELEMENT_ARRAY_BUFFER, {"componentType": _UNSIGNED_INT, "type": "SCALAR"}),
+        ):
+            count = len(values) // (3 if values is points else 1)
+            accessors.append({"bufferView": len(views), "count": count, **accessor})
+            size = len(values) * values.itemsize
+            views.append({"buffer": 0, "byteOffset": len(data), "byteLength": size, "target": target})
+            if byteorder == "big":
+                values.byteswap()
+            data += values.tobytes()
     scene = {
         "asset": {"version": "2.0", "generator": "AEROS"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [primitive]}],
-        "materials": [{"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.8}}],
-        "buffers": [{"byteLength": 2 * size}],
-        "bufferViews": views,
-        "accessors": [
-            {"bufferView": 0, "min": _single(low), "max": _single(high), **accessor},
-            {"bufferView": 1, **accessor},
+        "meshes": [
+            {
+                "primitives": [
+                    {"attributes": {"POSITION": 2 * number}, "indices": 2 * number + 1, "material": number}
+                    for number in range(len(surfaces))
+                ]
+            }
         ],
+        "materials": [
+            {
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [*map(_linear, one.colour), 1.0],
+                    "metallicFactor": 0.0,
+                    "roughnessFactor": 0.8,
+                }
+            }
+            for one in surfaces
+        ],
+        "buffers": [{"byteLength": len(data)}],
+        "bufferViews": views,
+        "accessors": accessors,
     }
     text = json.dumps(scene, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
-    data = b"".join(pack("<3f", *_turn(one)) for one in (*points, *normals))
     chunks = pack("<II", len(text), _JSON) + text + pack("<II", len(data), _BINARY) + data
     return pack("<III", _MAGIC, _VERSION, 12 + len(chunks)) + chunks
 
 
-def _single(values: Sequence[float]) -> list[float]:
-    """Round as the positions in the file are: their bounds must be exact."""
-    return list(unpack("<3f", pack("<3f", *values)))
-
-
-def _turn(point: Vec3) -> Vec3:
-    x, y, z = point
-    return (x, z, -y)
+def _linear(part: float) -> float:
+    """Convert a part of an sRGB colour to the linear one that glTF has."""
+    return part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
 
 
 def _edges(face: Triangle) -> tuple[tuple[int, int], ...]:
@@ -127,12 +146,6 @@ def _volume(corners: Sequence[Vec3], face: Triangle, point: Vec3) -> float:
     a, b, c = (corners[number] for number in face)
     normal = _cross(_minus(b, a), _minus(c, a))
     return sum(one * other for one, other in zip(normal, _minus(point, a), strict=True))
-
-
-def _normal(a: Vec3, b: Vec3, c: Vec3) -> Vec3:
-    x, y, z = _cross(_minus(b, a), _minus(c, a))
-    length = _length((x, y, z)) or 1.0
-    return (x / length, y / length, z / length)
 
 
 def _minus(one: Vec3, other: Vec3) -> Vec3:

@@ -1,8 +1,8 @@
-"""Entities of a scene: volumes of the site, things that are measured to be somewhere, links of the robot."""
+"""Entities of a scene: volumes of the site, measured things, links of the robot, simulated people."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from aeros.runtime.bus.measurement_messages import WORLD
@@ -11,7 +11,9 @@ from aeros.runtime.bus.transforms import BASE, link_frame
 from aeros.runtime.bus.viewer.foxglove_messages import (
     Color,
     CubePrimitive,
+    CylinderPrimitive,
     Duration,
+    KeyValuePair,
     ModelPrimitive,
     PoseMessage,
     SceneEntity,
@@ -20,14 +22,16 @@ from aeros.runtime.bus.viewer.foxglove_messages import (
 )
 from aeros.runtime.bus.viewer.hull_meshes import encode_glb, hull_triangles
 from aeros.runtime.bus.viewer.things import SceneThing
-from aeros.runtime.ports import Ball, Hull, Reading, RobotBody, Vec3
+from aeros.runtime.ports import Ball, ColouredMesh, Hull, LinkModel, PersonFigure, Reading, RobotBody, Vec3
 from aeros.spec.model.site import Site
 
 _ZONE: Final = Color(0.0, 0.45, 0.7, 0.15)
 _ZONE_TEXT: Final = Color(0.0, 0.45, 0.7)
 _THING: Final = Color(0.9, 0.6, 0.0, 0.35)
 _THING_TEXT: Final = Color(0.9, 0.6, 0.0)
-_LINK: Final = Color(0.75, 0.76, 0.8)
+_LINK: Final[Vec3] = (0.75, 0.76, 0.8)
+_PERSON: Final = Color(0.84, 0.37, 0.0, 0.5)
+_PERSON_TEXT: Final = Color(0.84, 0.37, 0.0)
 
 _MARK: Final = 0.03
 """Diameter of the ball at a thing whose size is unknown, m."""
@@ -76,32 +80,70 @@ def thing_entity(thing: SceneThing, reading: Reading) -> SceneEntity:
     )
 
 
-def link_entities(body: RobotBody, joints: Sequence[str], when: Time) -> tuple[SceneEntity, ...]:
+def person_entity(number: int, person: PersonFigure, when: Time) -> SceneEntity:
+    """Make the entity of a simulated person: the capsule that the simulator has.
+
+    Args:
+        number: number of the person, from 1.
+        person: where they are.
+        when: time stamp.
+
+    Returns:
+        The capsule with its name.
+    """
+    x, y, floor, height, radius = person
+    low, high = floor + radius, floor + height - radius
+    middle = Point(x, y, (low + high) / 2.0)
+    trunk = CylinderPrimitive(
+        PoseMessage(middle), Vector3(2.0 * radius, 2.0 * radius, high - low), color=_PERSON
+    )
+    ends = tuple(_ball((x, y, z), 2.0 * radius, _PERSON) for z in (low, high))
+    name = f"person {number}, simulated"
+    text = _label((x, y, floor), (x, y, floor + height), name, _PERSON_TEXT)
+    return SceneEntity(when, WORLD, name, spheres=ends, cylinders=(trunk,), texts=(text,))
+
+
+def link_entities(
+    body: RobotBody, joints: Sequence[str], when: Time, models: Mapping[Hull, LinkModel]
+) -> tuple[SceneEntity, ...]:
     """Make the shape of each link of a robot, in the frame that moves with it.
 
     Args:
         body: the robot.
         joints: names of the joints, one for each row of the chain.
         when: time stamp.
+        models: how viewers draw the links, by hull.
 
     Returns:
-        The entities: hulls of the links as meshes, or the balls of a robot whose hulls are unknown.
+        The entities: meshes of the links, of their models or else of their hulls; or the balls of a robot
+        whose hulls are unknown.
     """
     frames = (BASE, *map(link_frame, joints))
-    meshes = tuple(_meshes(body.hulls, frames, when))
+    meshes = tuple(_meshes(body.hulls, frames, when, models))
     return meshes or tuple(_balls(body.balls, frames, when))
 
 
-def _meshes(hulls: Sequence[Hull], frames: Sequence[str], when: Time) -> Iterator[SceneEntity]:
+def _meshes(
+    hulls: Sequence[Hull], frames: Sequence[str], when: Time, models: Mapping[Hull, LinkModel]
+) -> Iterator[SceneEntity]:
     for hull in hulls:
-        if triangles := hull_triangles(hull.corners):
-            model = ModelPrimitive(color=_LINK, data=encode_glb(hull.corners, triangles))
-            yield SceneEntity(when, frames[hull.joint], hull.link, frame_locked=True, models=(model,))
+        surfaces, origin = models.get(hull, ((), ""))
+        if not surfaces and (triangles := hull_triangles(hull.corners)):
+            surfaces = (ColouredMesh(hull.corners, triangles, _LINK),)
+        if surfaces:
+            yield SceneEntity(
+                when,
+                frames[hull.joint],
+                hull.link,
+                frame_locked=True,
+                metadata=(KeyValuePair("origin", origin),) if origin else (),
+                models=(ModelPrimitive(override_color=False, data=encode_glb(surfaces)),),
+            )
 
 
 def _balls(balls: Sequence[Ball], frames: Sequence[str], when: Time) -> Iterator[SceneEntity]:
     for number, ball in enumerate(balls):
-        spheres = (_ball(ball.centre, 2.0 * ball.radius, _LINK),)
+        spheres = (_ball(ball.centre, 2.0 * ball.radius, Color(*_LINK)),)
         name = f"{ball.link}-{number}"
         yield SceneEntity(when, frames[ball.joint], name, frame_locked=True, spheres=spheres)
 

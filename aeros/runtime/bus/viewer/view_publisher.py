@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from math import inf, isnan, nan
+from types import MappingProxyType
 from typing import Final
 
 from aeros.runtime.bus.change_publisher import ChangePublisher
@@ -10,17 +12,27 @@ from aeros.runtime.bus.measurement_messages import motion_joints
 from aeros.runtime.bus.message_publisher import RobotChain, count_failures, ros_name
 from aeros.runtime.bus.messages import BoundedQuantity, Time, stamp
 from aeros.runtime.bus.port import PublisherFactory
-from aeros.runtime.bus.viewer.bound_messages import BoundMessages, boundable_quantities
+from aeros.runtime.bus.viewer.bound_messages import PERIOD, BoundMessages, boundable_quantities
 from aeros.runtime.bus.viewer.foxglove_messages import ImageAnnotations, SceneUpdate
 from aeros.runtime.bus.viewer.picture_annotations import annotate
-from aeros.runtime.bus.viewer.scene_entities import link_entities, thing_entity, zone_entities
+from aeros.runtime.bus.viewer.scene_entities import link_entities, person_entity, thing_entity, zone_entities
 from aeros.runtime.bus.viewer.things import seen_by, things_of
-from aeros.runtime.ports import CameraPicture, Reading, Readings, RobotBody, Vec3
+from aeros.runtime.ports import (
+    CameraPicture,
+    Hull,
+    LinkModel,
+    PersonFigure,
+    Reading,
+    Readings,
+    RobotBody,
+    Vec3,
+)
 from aeros.spec.model.site import Site
 
 SCENE: Final = "/aeros/scene"
 ROBOT: Final = "/aeros/robot"
 THINGS: Final = "/aeros/things"
+PEOPLE: Final = "/aeros/people"
 
 
 class ViewPublisher:
@@ -31,6 +43,7 @@ class ViewPublisher:
         site: declares state variables, volumes and rules.
         missed: called with the reason for each message that cannot be made or published.
         cameras: names of cameras by perceiver; see `cameras_of_perceivers`.
+        models: how viewers draw the robot's links, by hull.
     """
 
     def __init__(
@@ -39,8 +52,9 @@ class ViewPublisher:
         site: Site,
         missed: Callable[[str], None],
         cameras: Mapping[str, Iterable[str]],
+        models: Mapping[Hull, LinkModel] = MappingProxyType({}),
     ) -> None:
-        self._site, self._missed = site, missed
+        self._site, self._missed, self._models = site, missed, models
         self._joints = motion_joints(site)
         self._scene = bus.publisher(SCENE, SceneUpdate, latched=True) if site.volumes else None
         self._robot = bus.publisher(ROBOT, SceneUpdate, latched=True) if self._joints else None
@@ -48,9 +62,13 @@ class ViewPublisher:
         self._things = things_of(site)
         self._places = bus.publisher(THINGS, SceneUpdate) if self._things else None
         self._found: dict[str, Reading] = {}
+        self._people = bus.publisher(PEOPLE, SceneUpdate, latched=True)
+        self._figures: tuple[PersonFigure, ...] = ()
+        self._people_time = -inf
+        """Time of the latest message about people, s."""
         self._seen_by = seen_by(self._things, {name: frozenset(one) for name, one in cameras.items()})
         self._annotations = {
-            camera: ChangePublisher(bus.publisher(topic, ImageAnnotations))
+            camera: ChangePublisher(bus.publisher(topic, ImageAnnotations, latched=True))
             for camera in self._seen_by
             if (topic := ros_name(f"/aeros/camera/{camera}/annotations")) is not None
         }
@@ -95,6 +113,21 @@ class ViewPublisher:
                 if name in self._bounded:
                     self._bounded[name].publish(message)
 
+    def publish_people(self, readings: Readings, people: tuple[PersonFigure, ...]) -> None:
+        """Publish where simulated people are, unless they stand still, ten times a second at most.
+
+        Args:
+            readings: what was measured at that time.
+            people: the people.
+        """
+        now = max((reading.time for reading in readings.values()), default=nan)
+        if people == self._figures or abs(now - self._people_time) < PERIOD or isnan(now):
+            return
+        self._figures, self._people_time = people, now
+        with count_failures(self._missed):
+            entities = (person_entity(number, one, stamp(now)) for number, one in enumerate(people, 1))
+            self._people.publish(SceneUpdate(entities=tuple(entities)))
+
     def publish_picture(self, picture: CameraPicture) -> None:
         """Publish what was found in a picture; what is found later is published with the measurements.
 
@@ -115,7 +148,9 @@ class ViewPublisher:
         if self._robot is None or self._joints is None or body is None or body == self._body:
             return
         self._body = body
-        self._robot.publish(SceneUpdate(entities=link_entities(body, self._joints[1], _newest(readings))))
+        self._robot.publish(
+            SceneUpdate(entities=link_entities(body, self._joints[1], _newest(readings), self._models))
+        )
 
     def _publish_things(self, readings: Readings) -> Mapping[str, Reading]:
         """Publish the things whose measurement is new, and return the measurements by variable."""

@@ -260,3 +260,7 @@ class Robot:
         default=None,
         metadata={"doc": "a URDF of arm and hand for PyBullet; if absent, one is made from hulls and masses"},
     )
+    meshes: Urdf | None = field(
+        default=None,
+        metadata={"doc": "a URDF whose visible meshes viewers show; if absent, that of `urdf`, or the hulls"},
+    )

@@ -59,7 +59,7 @@ def test_another_host_is_refused(host: str) -> None:
 def test_the_port_of_http_may_be_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     with served("here") as server:
         port = server.server_port
-    monkeypatch.setattr("aeros.apps.live_page.page_server.HTTP_PORT", port)
+    monkeypatch.setattr("aeros.apps.http_hosts.HTTP_PORT", port)
     with served("here", port) as server:
         assert [ask(server, host=f"localhost{end}")[0] for end in ("", f":{port}", ":1")] == [200, 200, 421]
 

@@ -1,7 +1,8 @@
 """Foreign programs talk to `aeros mcp`: the official inspector, and the protocol's conformance suite.
 
 They come from the npm registry into a folder of this test's own, with a Node.js of their own.  The suite asks
-most scenarios for tools and resources with fixed names, which only a test server has; the others are here.
+most scenarios for tools, resources and prompts with fixed names, which a test server has.  Here are those
+that need none, and those that judge a tool, resource or prompt of AEROS under the fixed name.
 """
 
 from __future__ import annotations
@@ -35,14 +36,24 @@ PACKAGES: Final = (
     "@modelcontextprotocol/inspector@2.12.0",
     "@modelcontextprotocol/conformance@0.1.16",
 )
-SCENARIOS: Final = (
-    "server-initialize",
-    "ping",
-    "tools-list",
-    "resources-list",
-    "prompts-list",
-    "dns-rebinding-protection",
-)
+Renaming = tuple[tuple[bytes, bytes], ...]
+SCENARIOS: Final[dict[str, Renaming]] = {
+    "server-initialize": (),
+    "ping": (),
+    "completion-complete": (),
+    "tools-list": (),
+    "server-sse-multiple-streams": (),
+    "resources-list": (),
+    "prompts-list": (),
+    "dns-rebinding-protection": (),
+    "tools-call-simple-text": ((b'"test_simple_text"', b'"state","arguments":{}'),),
+    # It needs an argument, and gets none.
+    "tools-call-error": ((b"test_error_handling", b"propose_plan"),),
+    "resources-read-text": ((b"test://static-text", b"aeros://policy"),),
+    "resources-templates-read": ((b"test://template/123/data", b"aeros://records/123"),),
+    "prompts-get-simple": ((b"test_simple_prompt", b"explain_latest"),),
+}
+"""What a scenario names, and what it is about here instead."""
 
 
 @pytest.fixture(scope="module")
@@ -103,8 +114,9 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[HttpServerProce
 
 
 @contextmanager
-def presenting_token(server: HttpServerProcess) -> Iterator[int]:
+def presenting_token(server: HttpServerProcess, renaming: Renaming) -> Iterator[int]:
     """Port of a proxy that adds the token to each request; a foreign `Host` or `Origin` stays as it is."""
+    renamed: set[bytes] = set()
     listener = socket.create_server(("127.0.0.1", 0))
     port = listener.getsockname()[1]
 
@@ -121,7 +133,16 @@ def presenting_token(server: HttpServerProcess) -> Iterator[int]:
         head = b""
         while b"\r\n\r\n" not in head and (data := client.recv(65_536)):
             head += data
-        first, _, rest = head.partition(b"\r\n")
+        head, _, body = head.partition(b"\r\n\r\n")
+        length = re.search(rb"(?i)content-length: *(\d+)", head)
+        while length is not None and len(body) < int(length[1]) and (data := client.recv(65_536)):
+            body += data
+        for fixture, own in renaming:
+            if fixture in body:
+                renamed.add(fixture)
+                body = body.replace(fixture, own)
+        head = re.sub(rb"(?i)(content-length: *)\d+", rb"\g<1>%d" % len(body), head)
+        first, _, rest = (head + b"\r\n\r\n" + body).partition(b"\r\n")
         rest = re.sub(rb"(?i)connection:[^\r]*\r\n", b"", rest)
         # Only this proxy's own names become the server's: a forged one stays forged.
         rest = re.sub(rb"(localhost|127\.0\.0\.1):%d\b" % port, rb"\1:%d" % server.port, rest)
@@ -146,6 +167,7 @@ def presenting_token(server: HttpServerProcess) -> Iterator[int]:
     finally:
         listener.shutdown(socket.SHUT_RDWR)
         listener.close()
+    assert renamed == {fixture for fixture, _ in renaming}
 
 
 @pytest.mark.parametrize("scenario", SCENARIOS)
@@ -153,7 +175,7 @@ def test_the_conformance_suite_finds_no_fault(
     scenario: str, packages: Path, served: HttpServerProcess
 ) -> None:
     suite = packages / "@modelcontextprotocol" / "conformance" / "dist" / "index.js"
-    with presenting_token(served) as port:
+    with presenting_token(served, SCENARIOS[scenario]) as port:
         done = run_node(
             packages, str(suite), "server", "--url", f"http://localhost:{port}/mcp", "--scenario", scenario
         )

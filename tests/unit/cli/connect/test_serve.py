@@ -54,6 +54,24 @@ def test_instructions_are_pursued_refused_and_cancelled(tmp_path: Path) -> None:
 
 
 @pytest.mark.deep
+def test_a_robot_that_waits_for_its_first_goal_can_be_seen(tmp_path: Path) -> None:
+    domain = Domain(environments(), tmp_path)
+    picture, latched = "/aeros/camera/table_top/compressed", {"do": "subscribe", "latched": True}
+    with domain.robot("serve", "clean the table", *_SERVE[2:]) as robot:
+        *_, heard, _ = domain.ask(
+            {"do": "subscribe", "topic": "/joint_states", "type": "sensor_msgs/msg/JointState"},
+            {"do": "wait_for", **{name: STOP[name] for name in ("service", "type")}},
+            {**latched, "topic": "/robot_description", "type": "std_msgs/msg/String"},
+            {**latched, "topic": picture, "type": "sensor_msgs/msg/CompressedImage"},
+            {"do": "listen", "seconds": 30.0, "until": "<robot name="},
+            STOP,
+        )
+        assert robot.wait(timeout=30.0) == 0
+    assert len(heard["/joint_states"]["last"]["position"]) == 7
+    assert heard["/robot_description"]["count"] == heard[picture]["count"] == 1
+
+
+@pytest.mark.deep
 def test_without_aeros_msgs_it_says_how_to_build_them(tmp_path: Path) -> None:
     domain = Domain(environments(), tmp_path)
     with domain.robot(*_SERVE, is_plain=True) as robot:

@@ -12,13 +12,15 @@ from aeros.runtime.bus import feed as module
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.bus.in_process import InProcessBus
 from aeros.runtime.bus.message_publisher import RobotChain
-from aeros.runtime.bus.messages import CompressedImage, Event, Message, PointStamped
+from aeros.runtime.bus.messages import CompressedImage, Event, Message, PointStamped, String
 from aeros.runtime.bus.port import M
-from aeros.runtime.ports import CameraPicture, CameraView, Reading
+from aeros.runtime.bus.viewer.foxglove_messages import SceneUpdate
+from aeros.runtime.ports import CameraPicture, CameraView, PersonFigure, Reading
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
+from tests.unit.runtime.one_joint import PLAN, governed
 
 KNOWN = RobotChain()
 RECORD = b'{"details":{},"event":"note","sequence":3}\n'
@@ -51,6 +53,39 @@ def test_messages_come_in_order_and_equal_ones_once(site: Site) -> None:
         (500_000_000, 1.0), (750_000_000, 1.0), (875_000_000, 2.0), None,
     ]  # fmt: skip
     assert (feed.lost, feed.trouble) == (0, None)
+
+
+def test_people_are_located_in_the_thread_of_the_run_at_each_measurement(site: Site) -> None:
+    bus = InProcessBus()
+    heard = bus.subscribe("/aeros/people", SceneUpdate)
+    located = []
+
+    def locate() -> tuple[PersonFigure, ...]:
+        located.append(threading.current_thread())
+        return (PersonFigure(float(len(located)), 0.0, 0.0, 1.75, 0.25),)
+
+    with BusFeed(bus, site) as feed:
+        feed.locate_people = locate
+        feed.on_tick(0.5, {"holding": True}, KNOWN)
+        feed.on_observed({"holding": Reading(True, 1.0)}, KNOWN)
+    assert located == [threading.current_thread()] * 2
+    places = [one.entities[0].cylinders[0].pose.position.x for _ in range(2) if (one := heard.receive())]
+    assert places == [1.0, 2.0]
+
+
+def test_the_robot_is_described_before_its_first_plan(site: Site) -> None:
+    bus = InProcessBus()
+    heard = bus.subscribe("/robot_description", String)
+    whole = governed(site, "move")
+    with BusFeed(bus, whole) as feed:
+        feed.on_observed({"joint_angle": Reading((0.0,), 1.0)}, KNOWN)
+    assert heard.receive() is None
+    with BusFeed(bus, whole) as feed:
+        feed.body = PLAN.body
+        feed.on_observed({"joint_angle": Reading((0.0,), 1.0)}, KNOWN)
+    description = heard.receive()
+    assert description is not None
+    assert "<robot" in description.data
 
 
 def test_a_record_without_a_time_is_stamped_with_the_newest_of_the_plant(site: Site) -> None:

@@ -122,18 +122,18 @@ def viewing(url: str) -> Iterator[Viewer]:
 
 
 @contextmanager
-def live_view() -> Iterator[Any]:
+def live_view() -> Iterator[tuple[Any, str]]:
     from aeros.runtime.bus.live_view import LiveView
 
-    with LiveView(0, "bench") as view:
-        yield view
+    with LiveView("bench") as view:
+        yield view, view.serve(0)
 
 
 def test_a_published_message_is_received_with_its_definition_and_time() -> None:
-    with live_view() as view:
+    with live_view() as (view, url):
         view.publisher(DESCRIBED, String, latched=True).publish(String("<robot/>"))
         publishers = [view.publisher(topic, type(message)) for topic, message in PUBLISHED]
-        with viewing(view.url) as viewer:
+        with viewing(url) as viewer:
             viewer.wait_for(1)  # the latched text: the subscription is in effect
             for publisher, (_, message) in zip(publishers, PUBLISHED, strict=True):
                 publisher.publish(message)
@@ -147,14 +147,14 @@ def test_a_published_message_is_received_with_its_definition_and_time() -> None:
 
 
 def test_later_clients_get_latched_messages_and_the_zones() -> None:
-    with live_view() as view:
+    with live_view() as (view, url):
         view.publisher(DESCRIBED, String, latched=True).publish(String("<robot/>"))
         view.publisher("/aeros/events", Event).publish(Event(Time(1), 1, "note", "{}"))
         site = configuration().site
         with BusFeed(view, site) as feed:
             feed.on_observed({"human_distance": Reading(3.0, 1.0)}, RobotChain())
         for _ in range(2):
-            with viewing(view.url) as viewer:
+            with viewing(url) as viewer:
                 viewer.wait_for(2)
             (scene,) = [message for topic, message in viewer.decoded() if topic == "/aeros/scene"]
             assert {one.id for one in scene.entities} == set(site.volumes) != set()
@@ -162,10 +162,10 @@ def test_later_clients_get_latched_messages_and_the_zones() -> None:
 
 
 def test_nobody_can_request_anything_and_only_this_host_can_connect() -> None:
-    with live_view() as view:
+    with live_view() as (view, url):
         view.publisher(DESCRIBED, String)
-        with viewing(view.url) as viewer:
-            check_that_it_is_read_only(viewer, view.url)
+        with viewing(url) as viewer:
+            check_that_it_is_read_only(viewer, url)
 
 
 def check_that_it_is_read_only(viewer: Viewer, url: str) -> None:
@@ -184,10 +184,10 @@ def check_that_it_is_read_only(viewer: Viewer, url: str) -> None:
 def test_a_port_in_use_is_named() -> None:
     from aeros.runtime.bus.live_view import LiveView, LiveViewError
 
-    with live_view() as view:
-        port = int(view.url.rpartition(":")[2])
+    with live_view() as (_, url):
+        port = int(url.rpartition(":")[2])
         with pytest.raises(LiveViewError, match=f"cannot serve a live view at 127.0.0.1:{port}"):
-            LiveView(port, "bench")
+            LiveView("bench").serve(port)
 
 
 @pytest.mark.deep

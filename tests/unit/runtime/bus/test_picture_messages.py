@@ -70,12 +70,17 @@ class Camera:
         return {"overhead": picture_of(2, 1, bytes(6), self.time)}
 
 
-def test_each_picture_is_published_once() -> None:
+def test_each_picture_is_published_once_and_the_newest_again_to_later_readers() -> None:
     site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     bus = InProcessBus()
     seen = bus.subscribe("/aeros/camera/overhead/compressed", CompressedImage)
     camera = Camera()
+    with BusFeed(bus, site) as feed:
+        ListenedPlant(cast("Plant", camera), feed)
+    first = seen.receive()  # before any observation
+    assert first is not None
+    assert first.header.stamp.sec == 0
     with BusFeed(bus, site) as feed:
         plant = ListenedPlant(cast("Plant", camera), feed)
         for time in (0.0, 0.0, 2.0, 2.0):
@@ -86,3 +91,6 @@ def test_each_picture_is_published_once() -> None:
     while (message := seen.receive()) is not None:
         times.append(message.header.stamp.sec)
     assert times == [0, 2]
+    later = bus.subscribe("/aeros/camera/overhead/compressed", CompressedImage).receive()
+    assert later is not None
+    assert later.header.stamp.sec == 2

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from aeros.runtime.ports import simulated_people
 from aeros.sim.bullet.engine import BulletPerson
 from aeros.sim.engine.people import Person, WalkSchedule, Waypoint
 from aeros.sim.physics import PhysicsPlant, make_plant
@@ -115,6 +116,7 @@ def test_the_incremental_distance_equals_a_search_over_all_links() -> None:
     way = (Waypoint((1.5, -1.5)), Waypoint((0.9, 0.9), speed=1.6))
     plant = make_plant(shipped_scene("bare"), 0, people=[Person("a", way)])
     people = plant._people
+    assert simulated_people(plant) == tuple(people.figures()) != ()
     (walker,) = people.walkers
     capsule = walker._capsule
     assert isinstance(capsule, BulletPerson)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from aeros.sim.engine.people import PersonFigure
+from aeros.runtime.ports import PersonFigure
 from aeros.sim.film.recording import Actor, CoatingFigure, PoseSample, Recording, RobotFigure, Stage
 from aeros.sim.geometry import UPRIGHT, Camera, Pose
 from aeros.sim.pictures.visual_shapes import VisualShape

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aeros.sim.film import film_model
+from aeros.sim.film import meshes as meshes_module
 from aeros.sim.film.film_model import HIDDEN_GROUP, FilmModel, HullArm, MeshArm, arm_of
 from aeros.sim.film.person_shapes import stances_of
 from aeros.sim.film.recording import Actor, Recording, RecordingError
@@ -58,7 +58,7 @@ def test_meshes_and_hulls_of_an_arm_are_in_the_same_place(monkeypatch: pytest.Mo
         assert abs(np.dot(mesh.orientation, hull.orientation)) == pytest.approx(1.0, abs=1e-6)
     *_, left, right = meshes.poses(sample)
     assert np.linalg.norm(np.subtract(left.position, right.position)) == pytest.approx(0.08, abs=1e-6)
-    monkeypatch.setattr(film_model, "data_folder", lambda: None)
+    monkeypatch.setattr(meshes_module, "data_folder", lambda: None)
     assert isinstance(arm_of(robot), HullArm)
 
 
@@ -73,5 +73,5 @@ def test_an_arm_whose_urdf_cannot_be_read_is_drawn_by_its_hulls(
     text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "arm.urdf").write_text(text)
-    monkeypatch.setattr(film_model, "data_folder", lambda: tmp_path)
+    monkeypatch.setattr(meshes_module, "data_folder", lambda: tmp_path)
     assert isinstance(arm_of(replace(ROBOT, urdf="arm.urdf")), HullArm)

@@ -6,7 +6,7 @@ from math import pi
 
 import pytest
 
-from aeros.sim.engine.people import PersonFigure
+from aeros.runtime.ports import PersonFigure
 from aeros.sim.film.person_shapes import PERSON_PARTS, part_poses, stances_of
 from tests.unit.sim.film.recordings import samples
 

@@ -102,6 +102,7 @@ def on_a_base(name: str, joints: tuple[BaseJoint, ...], to_arm: dict[str, Any]) 
     count = len(joints)
     slides = any("joint" in one.row for one in joints)
     file["id"] = name
+    del file["meshes"]
     file["chain"] = [*(one.row for one in joints), {**file["chain"][0], **to_arm}, *file["chain"][1:]]
     columns = {**file["limits"], **file["servos"], "ready": file["postures"]["ready"]}
     for key, column in columns.items():

@@ -125,7 +125,7 @@ def test_numbers_have_as_many_digits_as_it_takes_to_differ(value: float, shown: 
 def test_a_value_that_is_not_known_says_why() -> None:
     bound = UnmetBound("x", None, "at most", 2.0, "m", reason="was not measured for 3 s")
     assert str(bound) == "`x` was not measured for 3 s"
-    assert bound.formatted_values() == ("None", "2 m")
+    assert bound.formatted_values() == ("unknown", "2 m")
 
 
 _TEXTS = ("x <= 20 cm", "not a", "b", "mode == idle", "a and b", "a or b", "x < y", "a implies b", "n == 3")

@@ -51,7 +51,9 @@ def test_a_peer_hears_a_whole_run(domain: Domain) -> None:
     assert topics["/tf"]["hash"] == topics["/tf_static"]["hash"] == _TF_HASH
     assert all(one["hash"].startswith("RIHS01_") for one in topics.values())
     latched = {name for name, one in topics.items() if one["durability"] == "TRANSIENT_LOCAL"}
-    assert latched == {"/aeros/robot", "/aeros/scene", "/robot_description", "/rosout", "/tf_static"}
+    pictures = {name for name in topics if name.startswith("/aeros/camera/")}
+    shown = {f"/aeros/{name}" for name in ("people", "robot", "scene")}
+    assert latched == {*pictures, *shown, "/robot_description", "/rosout", "/tf_static"} > pictures != set()
     assert topics["/clock"]["reliability"] == "BEST_EFFORT"
     assert services["/aeros/pause"] == "std_srvs/srv/Trigger"
     assert services["/aeros/change_state"] == "lifecycle_msgs/srv/ChangeState"

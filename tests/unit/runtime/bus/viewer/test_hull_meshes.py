@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.runtime.bus.viewer.hull_meshes import encode_glb, hull_triangles
+from aeros.runtime.ports import ColouredMesh
 from tests.hypothesis_profiles import examples
 from tests.repo.tree import ROOT
 
@@ -61,7 +62,8 @@ def test_the_links_of_the_shipped_robots_have_hulls() -> None:
 
 
 def test_the_file_has_the_corners_with_y_up() -> None:
-    file = encode_glb(CUBE, hull_triangles(CUBE))
+    other = ColouredMesh(((0.25, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 1.0)), ((0, 1, 2),), (1.0, 0.0, 0.5))
+    file = encode_glb([ColouredMesh(CUBE, hull_triangles(CUBE), (0.02, 0.5, 1.0)), other])
     magic, version, length = unpack_from("<4sII", file)
     assert (magic, version, length) == (b"glTF", 2, len(file))
     size, kind = unpack_from("<I4s", file, 12)
@@ -71,9 +73,18 @@ def test_the_file_has_the_corners_with_y_up() -> None:
     assert (data_kind, data_size) == (b"BIN\0", scene["buffers"][0]["byteLength"])
     data = file[28 + size :]
     assert len(data) == data_size
-    positions, normals = scene["accessors"]
+    positions, numbers, other_positions, other_numbers = scene["accessors"]
     assert (positions["min"], positions["max"]) == ([0.0, 0.0, -2.0], [1.0, 3.0, 0.0])
-    assert positions["count"] == normals["count"] == 36
-    corners = {unpack_from("<3f", data, 12 * one) for one in range(36)}
-    assert corners == {(x, z, -y) for x, y, z in CUBE}
-    assert {max(map(abs, unpack_from("<3f", data, 432 + 12 * one))) for one in range(36)} == {1.0}
+    assert (positions["count"], numbers["count"]) == (8, 36)
+    assert (other_positions["count"], other_numbers["count"]) == (3, 3)
+    corners = [unpack_from("<3f", data, 12 * one) for one in range(8)]
+    assert corners == [(x, z, -y) for x, y, z in CUBE]
+    at = [one["byteOffset"] for one in scene["bufferViews"]]
+    assert list(unpack_from("<36I", data, at[1])) == [one for face in hull_triangles(CUBE) for one in face]
+    assert unpack_from("<3f", data, at[2]) == (0.25, 0.0, 0.0)
+    assert unpack_from("<3I", data, at[3]) == (0, 1, 2)
+    assert [one["indices"] for one in scene["meshes"][0]["primitives"]] == [1, 3]
+    colours = [one["pbrMetallicRoughness"]["baseColorFactor"] for one in scene["materials"]]
+    # IEC 61966-2-1: 0.5 in sRGB is 0.214 of the light of 1.
+    assert colours[0] == pytest.approx([0.02 / 12.92, 0.214, 1.0, 1.0], abs=1e-3)
+    assert colours[1] == pytest.approx([1.0, 0.0, 0.214, 1.0], abs=1e-3)

@@ -9,7 +9,7 @@ import pytest
 
 from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.bus.viewer.view_publisher import ViewPublisher
-from aeros.runtime.ports import CameraPicture, CameraView, Reading
+from aeros.runtime.ports import CameraPicture, CameraView, PersonFigure, Reading
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.model.site import Site
 from tests.unit.runtime.bus.test_message_publisher import Topics
@@ -52,12 +52,13 @@ def test_there_are_topics_for_what_the_site_has(site: Site, topics: Topics, publ
         "/aeros/scene",
         "/aeros/robot",
         "/aeros/things",
+        "/aeros/people",
         MARKS,
         "/aeros/bounds/measured/human_distance",
     }
     bare = Topics()
     ViewPublisher(bare, site, lambda _: None, {})
-    assert set(bare.kinds) == {"/aeros/bounds/measured/human_distance"}
+    assert set(bare.kinds) == {"/aeros/people", "/aeros/bounds/measured/human_distance"}
 
 
 def test_scene_and_robot_are_published_once(topics: Topics, publisher: ViewPublisher) -> None:
@@ -74,6 +75,21 @@ def test_a_thing_is_published_when_it_is_measured_anew(topics: Topics, publisher
     for time in (1.0, 1.0, 2.0):
         publisher.publish_state({CUBE: Reading((0.0, 0.0, 0.0), time)}, KNOWN)
     assert [one.entities[0].timestamp.sec for one in topics.on("/aeros/things")] == [1, 2]
+
+
+def test_people_are_published_as_they_move_ten_times_a_second(
+    topics: Topics, publisher: ViewPublisher
+) -> None:
+    still, moved = (PersonFigure(x, 0.0, 0.0, 1.75, 0.25) for x in (0.0, 1.0))
+    heard = [(0.0, ()), (1.0, (still,)), (2.0, (still,)), (2.05, (moved,)), (2.08, (still, moved))]
+    for time, people in heard:
+        publisher.publish_people({"holding": Reading(True, time)}, people)
+    publisher.publish_people({}, (moved,))
+    first, second = topics.on("/aeros/people")
+    assert [(one.id, one.timestamp.sec) for one in first.entities] == [("person 1, simulated", 1)]
+    assert second.entities[0].cylinders[0].pose.position.x == 1.0
+    publisher.publish_people({"holding": Reading(True, 2.15)}, (still, moved))
+    assert len(topics.on("/aeros/people")[2].entities) == 2
 
 
 def test_a_picture_is_marked_with_what_was_found_in_it(topics: Topics, publisher: ViewPublisher) -> None:
