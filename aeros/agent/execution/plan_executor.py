@@ -122,8 +122,10 @@ class PlanExecutor:
                 end: PlanFailure | None = done.value
                 return end
             while (ended := self._stops.wait(scope, until)) is None:
-                until, self.timed_out = inf, True
-                self._stops.cancel(scope, "the time limit of the task has passed")
+                is_cancelled = self._attempts.waiting.was_cancelled
+                until, self.timed_out = inf, not is_cancelled
+                over = "the client cancelled the task" if is_cancelled else "the time limit of the task has passed"
+                self._stops.cancel(scope, over)
 
     # Parts.
 

@@ -213,6 +213,16 @@ def test_when_the_time_is_over_everything_is_cancelled_once() -> None:
     assert kitchen.runtime.clock == 100.5
 
 
+def test_a_step_that_a_client_cancels_says_so() -> None:
+    kitchen = Kitchen(last=("dough",))
+    kitchen.attempts.waiting.is_cancelled = lambda: True
+    end = kitchen.run(step("dough"), step("water"))
+    assert end == PlanFailure("`kitchen.dough` failed: cancelled: the client cancelled the task")
+    assert kitchen.ended == [("dough", CANCELLED)]
+    assert kitchen.engine is not None
+    assert not kitchen.engine.timed_out
+
+
 def test_once_the_goal_is_measured_nothing_starts_and_what_runs_ends_by_itself() -> None:
     kitchen = Kitchen(last=("dough",))
     measured = lambda: kitchen.runtime.state["filling_on_workspace"]  # noqa: E731
