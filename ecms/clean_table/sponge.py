@@ -166,6 +166,12 @@ def is_yellow(rgb: Points) -> Mask:
     return has_red_ratios(rgb, (YELLOW[0], None), (None, YELLOW[1]), MIN_BRIGHTNESS)
 
 
+def may_be_foam(rgb: Points) -> Mask:
+    """Find the pixels that have the sponge's colour, or are too dark to show that they have another one."""
+    dark: Mask = rgb.max(axis=-1) <= MIN_BRIGHTNESS
+    return dark | is_yellow(rgb)
+
+
 def is_of_sponge(points: Points, face: Rectangle, top: float) -> Mask:
     """Find the points of the sponge: over foam that lies flat, else around it, as its block is beside."""
     if abs(top - SPONGE_HEIGHT) > FLAT:

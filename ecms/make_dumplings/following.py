@@ -81,7 +81,7 @@ def seen_from_above(bench: Bench, picture: Picture, press: Place | None, pot: Pl
     bench = replace(
         bench,
         is_shown=seen_lift is not None,
-        hidden_place=find_hidden_place(points, lift),
+        hidden_place=find_hidden_place(points, picture.rgb, lift),
         lift=lift,
         press=_raised(press, lift),
         pot=_raised(pot, lift),

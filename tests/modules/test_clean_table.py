@@ -550,13 +550,13 @@ def test_the_mast_verifies_a_clean_table_with_its_sponge_and_nothing_else() -> N
 def test_a_sponge_is_missing_only_if_all_of_the_table_is_seen_and_the_hand_is_empty() -> None:
     watched = Watched("clean_table", "see_table", {**PLACES, "holding": False})
     arm = Top(0.5, 0.1, 0.5, (0.1, 0.1), (90, 90, 90))
-    foam = SPONGE._replace(half=(0.02, 0.015))
+    foam, shaded = SPONGE._replace(half=(0.02, 0.015)), SPONGE._replace(colour=(52, 44, 12))
     cube, over = (Top(REST[0], REST[1], 0.07, half, BLUE) for half in ((0.02, 0.02), (0.09, 0.11)))
     found = [
         watched.see(time, draw(OVERHEAD, tops, time=time)).get("sponge_missing")
-        for time, tops in enumerate([[SPONGE], [], [cube], [arm], [foam], [over]])
+        for time, tops in enumerate([[SPONGE], [], [cube], [arm], [foam], [shaded], [over]])
     ]
-    assert found == [False, True, True, None, None, None]
+    assert found == [False, True, True, None, None, None, None]
     watched.readings["holding"] = True
     assert watched.see(9.0, draw(OVERHEAD, [], time=9.0))["sponge_missing"] is False
 
