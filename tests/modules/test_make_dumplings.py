@@ -516,13 +516,15 @@ def test_a_wrapper_that_is_missed_may_be_behind_a_high_box_or_in_the_dark(seed: 
     picture = Put("dumpling_bench", seed).look("overhead")
     points, lift = level_points(picture)
     assert lift is not None
-    assert find_hidden_place(points, picture.rgb, lift) is None, "stands, press and pot hide no wrapper"
+    assert find_hidden_place(points, picture.rgb.astype(np.float64), lift) is None, (
+        "stands, press and pot hide no wrapper"
+    )
     x, y = 0.6, -0.3
     hides = (np.abs(points[:, :, 0] - x) < 0.04) & (np.abs(points[:, :, 1] - y) < 0.04)
-    dark = np.where(hides[:, :, None], picture.rgb // 4, picture.rgb)
+    dark = np.where(hides[:, :, None], picture.rgb / 4.0, picture.rgb)
     in_shade = find_hidden_place(points, dark, lift)
     points[hides, 2] = 0.3
-    place = find_hidden_place(points, picture.rgb, lift)
+    place = find_hidden_place(points, picture.rgb.astype(np.float64), lift)
     for one in (place, in_shade):
         assert one is not None
         assert dist(one[:2], (x, y)) < 0.02
