@@ -582,6 +582,10 @@ def test_a_rest_is_taken_if_something_else_stands_where_the_sponge_belongs() -> 
     assert spot[2] == pytest.approx(REST[2], abs=0.004)
     assert dist(spot, REST) < 0.2
     assert "sponge_spot" not in seen(away)
+    full = [Top(0.5, y, 0.06, (0.25, 0.15), BLUE) for y in (0.35, -0.35)]
+    assert abs(seen(away._replace(y=0.1), *full)["sponge_spot"][1]) < 0.15, (
+        "in the area, as there is none beside it"
+    )
 
 
 LOST = {"area_position": (0.5, -1.2, 0.0), "base_position": (0.0, -1.2, 0.0)}
