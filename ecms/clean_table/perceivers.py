@@ -55,6 +55,7 @@ from .sponge import (
     is_overturned,
     is_rest_taken,
     is_yellow,
+    may_be_foam,
     may_hide_sponge,
     middle_of_sponge,
 )
@@ -138,9 +139,10 @@ def see_table(view: View) -> Perception:
             # A piece can have gone from one half to the other, so all of the table counts.
             is_all_seen = covered and is_all_shown(shown, area, COVERED, surroundings)
             foam = (
-                is_yellow(rgb)
+                may_be_foam(rgb)
                 & is_standing(points)
                 & in_rectangle(points, *corners_in_world(area, INSPECTED))
+                & ~is_hand(points, readings.get("tool_position"))
             )
             if sponge is not None or readings.get("holding") is True:
                 values["sponge_missing"] = False

@@ -159,6 +159,10 @@ PADS_ASIDE = 0.009
 the hand keeps so much farther from what is beside it."""
 
 
+HAND_AWAY = 0.20
+"""Distance of the tool from the sponge's rest, level, from which the hand does not hide it from above, m."""
+
+
 def dock(observed: Observation, inputs: Inputs) -> SkillBody:
     """Raise the tool, draw it in, look along the aisle and drive to the dock."""
     pace = inputs["hand_speed"]
@@ -386,11 +390,22 @@ def _lift_sponge(observed: Observation, pace: float, height: float) -> Task:
 def _return_sponge(observed: Observation, pace: float) -> Task:
     """Set the held sponge down on its rest, let go and rise.
 
-    Where something else stands there, it is set down beside the area to wipe, where a picture shows room.
+    Where something else stands there, also since the last picture, it is set down where a picture shows room;
+    where none does, it stays in the hand.
     """
     observed = yield from _sense(observed, "sponge_rest_position")
     x, y, z = _lifted(observed, "sponge_rest_position")
-    if observed.get("rest_taken") is True and "sponge_spot" in observed:
+    was_taken = observed.get("rest_taken") is True
+    if dist(observed["tool_position"][:2], (x, y)) > HAND_AWAY:
+        observed = yield act("look", camera="overhead")
+    is_taken = observed.get("rest_taken", was_taken) is True
+    if is_taken and not ("rest_taken" in observed and "sponge_spot" in observed):
+        # The arm may hide that there is room, or that the rest is free by now.
+        observed = yield from _overlook(observed, pace)
+        is_taken = observed.get("rest_taken", True) is True
+    if is_taken:
+        if "sponge_spot" not in observed:
+            return observed
         x, y, z = observed["sponge_spot"]
     place = (x, y, z + SPONGE_GRASP + 0.001)
     return (yield from first_allowed(observed, _put(place, 0.0, pace), _put(place, pi, pace)))

@@ -56,8 +56,9 @@ REST_HALF = 0.06
 SPOTS = (
     tuple(-0.10 + 0.04 * step for step in range(7)),
     (*(-0.26 - 0.04 * step for step in range(5)), *(0.26 + 0.04 * step for step in range(5))),
+    tuple(-0.20 + 0.04 * step for step in range(11)),
 )
-"""Places along x and y, from the middle of the area, where it may lie meanwhile, m: beside the area."""
+"""Places along x, and along y beside and in the area, from its middle, where it may lie meanwhile, m."""
 
 SPOT_ROOM = 0.015
 """Distance of other things from such a place, m."""
@@ -137,16 +138,19 @@ def is_rest_taken(others: Points, shown: Points, rest: Place) -> bool | None:
 def find_spot(others: Points, shown: Points, area: Place, rest: Place) -> Place | None:
     """Return the place nearest to its rest where the sponge can be set down meanwhile; None if none is seen.
 
+    Places in the area come after those beside it.
+
     Args:
         others: points (n, 3) of what stands on the table, but for the sponge, m.
         shown: points (n, 3) that show what is on the table at their place, m.
-        area: middle of the area to wipe, m: the sponge lies beside it.
+        area: middle of the area to wipe, m.
         rest: where the foam's middle belongs, m.
     """
     x, y, _ = area
-    spots = [(x + dx, y + dy, rest[2]) for dx in SPOTS[0] for dy in SPOTS[1]]
+    beside, inside = ([(x + dx, y + dy, rest[2]) for dx in SPOTS[0] for dy in ys] for ys in SPOTS[1:])
+    spots = [one for part in (beside, inside) for one in sorted(part, key=lambda spot: dist(spot, rest))]
     around = ((-REST_HALF, -REST_HALF), (REST_HALF, REST_HALF))
-    for spot in sorted(spots, key=lambda one: dist(one, rest)):
+    for spot in spots:
         off = np.abs(others[:, :2] - np.array(spot[:2]))
         is_low = off.max(axis=1, initial=0.0) < REST_HALF + SPOT_ROOM
         is_high = (others[:, 2] > HAND_FROM) & (off[:, 0] < HAND_HALF[0]) & (off[:, 1] < HAND_HALF[1])
@@ -164,6 +168,12 @@ def is_overturned(points: Points, face: Rectangle, top: float) -> bool:
 def is_yellow(rgb: Points) -> Mask:
     """Find the pixels that have the sponge's colour."""
     return has_red_ratios(rgb, (YELLOW[0], None), (None, YELLOW[1]), MIN_BRIGHTNESS)
+
+
+def may_be_foam(rgb: Points) -> Mask:
+    """Find the pixels that have the sponge's colour, or are too dark to show that they have another one."""
+    dark: Mask = rgb.max(axis=-1) <= MIN_BRIGHTNESS
+    return dark | is_yellow(rgb)
 
 
 def is_of_sponge(points: Points, face: Rectangle, top: float) -> Mask:

@@ -3,6 +3,8 @@
 from dataclasses import replace
 from math import dist
 
+import numpy as np
+
 from aeros.perception import Picture, View
 
 from .bench import Bench
@@ -81,7 +83,7 @@ def seen_from_above(bench: Bench, picture: Picture, press: Place | None, pot: Pl
     bench = replace(
         bench,
         is_shown=seen_lift is not None,
-        hidden_place=find_hidden_place(points, lift),
+        hidden_place=find_hidden_place(points, picture.rgb.astype(np.float64), lift),
         lift=lift,
         press=_raised(press, lift),
         pot=_raised(pot, lift),

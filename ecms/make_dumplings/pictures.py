@@ -71,6 +71,9 @@ MIN_GREEN = 30
 MIN_BRIGHTNESS = 60
 """Least red of a pixel of a plate (of 255)."""
 
+DARK = 48
+"""Brightness of the bench up to which a plate on it, which is a fifth brighter, may be too dark, of 255."""
+
 PLATE_COLOURS = (((0.75, 1.1), 0.5), ((0.42, 0.72), 0.4))
 """Colours of plates A and B: bounds of green over red, and upper bound of blue over red."""
 
@@ -122,18 +125,19 @@ def level_points(picture: Picture) -> tuple[Points, float | None]:
     return level.points + np.array((0.0, 0.0, height - level.height)), height
 
 
-def find_hidden_place(points: Points, lift: float) -> Place | None:
-    """Return the middle of the largest part of the bench that a picture does not show.
+def find_hidden_place(points: Points, rgb: Points, lift: float) -> Place | None:
+    """Return the middle of the largest part of the bench that a picture does not show, or too darkly.
 
     It is None if each part is too small for a wrapper.
 
     Args:
         points: of the level picture from above (h, w, 3), m.
+        rgb: its colours (h, w, 3), 0 to 255.
         lift: height of the bench, m.
     """
     (left, near), (right, far) = LOOKED_OVER
     is_low = (points[:, :, 2] > lift - NEAR_BENCH) & (points[:, :, 2] < MAX_HEIGHT)
-    seen = seen_cells(points[is_low], *LOOKED_OVER, HIDING_CELL)
+    seen = seen_cells(points[is_low & (rgb.max(axis=-1) > DARK)], *LOOKED_OVER, HIDING_CELL)
     parts = sorted(separate_parts(~seen, HIDING_CELLS), key=np.count_nonzero)
     if not parts:
         return None

@@ -140,6 +140,9 @@ TOPPLE_WAY = 0.05
 TOPPLE_FROM = -0.025
 """From the press to where, along x, the hand over it clears the handle, m."""
 
+HAND_AWAY = 0.18
+"""Distance of the tool from the press, level, from which the hand does not hide the press from above, m."""
+
 ON_PRESS = 0.06
 """Distance of the wrapper from its place, m, within which it is still on the press."""
 
@@ -196,7 +199,7 @@ def prepare(observed: Observation, inputs: Inputs) -> SkillBody:
             observed = yield from _lay_filling(observed, pace)
             observed = yield from _look(observed, pace)
         observed = yield from _lay_wrapper(observed, pace)
-    if observed.get("filling_on_workspace") is not True:
+    if observed.get("filling_on_workspace") is not True and observed.get("press_covered") is not True:
         observed = yield from _lay_filling(observed, pace)
     yield from _look(observed, pace)
 
@@ -442,9 +445,19 @@ def _lay_wrapper(observed: Observation, pace: float) -> Task:
         observed = yield from _make_room(observed, pace, "wrapper_has_room", *WRAPPER)
         if observed.get("wrapper_has_room") is False or not _are_known(observed, WRAPPER):
             return observed
+        place, yaw = observed["wrapper_position"], _hand_heading(observed["wrapper_yaw"])
         observed = yield from _take_wrapper(observed, pace, is_wrapped=False)
         if _is_missed(observed, WRAPPER_GRIP * _size(observed)):
             return observed
+        # Something may have been put on the press meanwhile; from where the hand is, it does not hide that.
+        x, y, _ = observed["tool_position"]
+        if hypot(x - press[0], y - press[1]) > HAND_AWAY:
+            observed = yield act("look", camera="overhead")
+            if observed.get("press_covered") is True:
+                # The arm may have been taken for it: the next picture is without the arm.
+                observed = yield from _look(observed, pace)
+            if observed.get("press_covered") is True:
+                return (yield from _do(observed, _put(pace, place, OPEN, yaw)))
     return (yield from _do(observed, _put(pace, press, OPEN)))
 
 

@@ -64,6 +64,9 @@ AROUND_DUMPLING = 0.05
 ASIDE_HEIGHT, SPARE = 0.02, 0.012
 """Height of the tool there, and free space around the largest thing, m."""
 
+BESIDE = ((0.0, 0.0), (0.006, 0.0), (-0.006, 0.0), (0.0, 0.006), (0.0, -0.006))
+"""Distances from there at which the hand has room as well, m: edges in a picture are a pixel off."""
+
 
 def values_of(bench: Bench) -> Values:
     """Return value and uncertainty of what is known of the wrapper and the filling in work."""
@@ -92,7 +95,7 @@ def place_values(bench: Bench) -> Values:
     besides = [one for one in bench.pieces if one is not piece and not one.unseen]
     if besides:
         values["other_wrapper_position"] = (besides[0].wrapper.grip, UNCERTAINTY)
-    values |= press_values(bench)
+    values |= press_values(bench, is_covered=values.get("press_covered") == (True,))
     if piece is not None and piece.unseen and piece.is_wrapped and bench.may_hold_wrapper:
         values |= dict.fromkeys(("dough_on_workspace", "filling_on_workspace", "dumpling_wrapped"), (True,))
     if piece is None or piece.unseen:
@@ -123,8 +126,11 @@ def place_values(bench: Bench) -> Values:
     return values
 
 
-def press_values(bench: Bench) -> Values:
-    """Return if something has to be taken from the press first, where it is, and a place for it."""
+def press_values(bench: Bench, *, is_covered: bool) -> Values:
+    """Return if something has to be taken from the press first, where it is, and a place for it.
+
+    There is a place, too, where the press is covered: for what the hand holds.
+    """
     if bench.press is None:
         return {}
     values: Values = {"press_free": (True,)}
@@ -144,8 +150,7 @@ def press_values(bench: Bench) -> Values:
             values["blocker_position"] = (filling.middle, UNCERTAINTY)
             values["blocker_yaw"] = (filling.yaw, ANGLE_UNCERTAINTY)
             values["blocker_is_filling"] = (True,)
-    is_kept_off = values["press_free"] == (False,) or is_press_covered(bench, bench.press)
-    aside = aside_place(bench) if is_kept_off else None
+    aside = aside_place(bench) if is_covered or values["press_free"] == (False,) else None
     if aside is not None:
         values["aside_place"] = (aside, UNCERTAINTY)
     return values
@@ -160,7 +165,8 @@ def aside_place(bench: Bench) -> Place | None:
     for spot in sorted(spots, key=lambda one: dist(one[:2], press[:2])):
         along, across = in_frame(bench.surroundings, spot, 0.0)
         is_occupied = (np.abs(along) < WRAPPER_HALF[0] + SPARE) & (np.abs(across) < WRAPPER_HALF[1] + SPARE)
-        if not is_occupied.any() and has_room(bench.surroundings, (spot[0], spot[1], LOWEST), 0.0):
+        hands = [(spot[0] + dx, spot[1] + dy, LOWEST) for dx, dy in BESIDE]
+        if not is_occupied.any() and all(has_room(bench.surroundings, one, 0.0) for one in hands):
             return spot
     return None
 

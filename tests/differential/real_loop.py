@@ -10,7 +10,7 @@ from typing import Any
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
-from aeros.agent.memory.evidence import SkillId
+from aeros.agent.memory.evidence import Hindrance, SkillId
 from aeros.agent.memory.experience import ExperiencedEnd
 from aeros.agent.memory.posterior import RecentRecord, SuccessRecord
 from aeros.agent.memory.sightings import RememberedValue, Sighting
@@ -63,6 +63,9 @@ class Forgetful(Memory):
         pass
 
     def remembered_values(self) -> Mapping[str, RememberedValue]:
+        return {}
+
+    def hindrances(self) -> Mapping[str, Sequence[Hindrance]]:
         return {}
 
     def latest_episode(self) -> int:

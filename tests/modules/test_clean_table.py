@@ -550,13 +550,13 @@ def test_the_mast_verifies_a_clean_table_with_its_sponge_and_nothing_else() -> N
 def test_a_sponge_is_missing_only_if_all_of_the_table_is_seen_and_the_hand_is_empty() -> None:
     watched = Watched("clean_table", "see_table", {**PLACES, "holding": False})
     arm = Top(0.5, 0.1, 0.5, (0.1, 0.1), (90, 90, 90))
-    foam = SPONGE._replace(half=(0.02, 0.015))
+    foam, shaded = SPONGE._replace(half=(0.02, 0.015)), SPONGE._replace(colour=(52, 44, 12))
     cube, over = (Top(REST[0], REST[1], 0.07, half, BLUE) for half in ((0.02, 0.02), (0.09, 0.11)))
     found = [
         watched.see(time, draw(OVERHEAD, tops, time=time)).get("sponge_missing")
-        for time, tops in enumerate([[SPONGE], [], [cube], [arm], [foam], [over]])
+        for time, tops in enumerate([[SPONGE], [], [cube], [arm], [foam], [shaded], [over]])
     ]
-    assert found == [False, True, True, None, None, None]
+    assert found == [False, True, True, None, None, None, None]
     watched.readings["holding"] = True
     assert watched.see(9.0, draw(OVERHEAD, [], time=9.0))["sponge_missing"] is False
 
@@ -582,6 +582,10 @@ def test_a_rest_is_taken_if_something_else_stands_where_the_sponge_belongs() -> 
     assert spot[2] == pytest.approx(REST[2], abs=0.004)
     assert dist(spot, REST) < 0.2
     assert "sponge_spot" not in seen(away)
+    full = [Top(0.5, y, 0.06, (0.25, 0.15), BLUE) for y in (0.35, -0.35)]
+    assert abs(seen(away._replace(y=0.1), *full)["sponge_spot"][1]) < 0.15, (
+        "in the area, as there is none beside it"
+    )
 
 
 LOST = {"area_position": (0.5, -1.2, 0.0), "base_position": (0.0, -1.2, 0.0)}

@@ -283,3 +283,23 @@ def test_a_grip_that_is_denied_is_tried_beside_the_middle_then_turned() -> None:
 def test_a_bin_and_a_rest_that_are_denied_one_heading_are_tried_at_another() -> None:
     held = {**piece(0.5, -1.2), "holding": True, "tool_position": (0.5, -1.2, 0.2)}
     assert headings_denied(skills._return_sponge(held, PACE), held) == pytest.approx([0.0, pi])
+
+
+@pytest.mark.parametrize("spot", [(0.6, -0.9, 0.015), None])
+def test_a_sponge_whose_rest_is_taken_meanwhile_goes_to_a_free_place_or_stays_in_the_hand(
+    spot: tuple[float, float, float] | None,
+) -> None:
+    held = {**piece(0.5, -1.2), "holding": True, "tool_position": (0.6, -1.3, 0.2)}
+    task = skills._return_sponge(held, PACE)
+    action, looks, low = next(task), 0, []
+    with suppress(StopIteration):
+        while True:
+            looks += action.kind == "look"
+            if looks:
+                held |= {"rest_taken": True} | ({} if spot is None else {"sponge_spot": spot})
+            if action.kind == "move_tool":
+                held["tool_position"] = action.parameters["target"]
+                low += [held["tool_position"][:2]] if held["tool_position"][2] < 0.1 else []
+            action = task.send(dict(held))
+    assert set(low) == (set() if spot is None else {spot[:2]})
+    assert looks >= 1 + (spot is None)

@@ -512,17 +512,22 @@ def test_each_value_has_the_time_of_the_picture_that_shows_it() -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_a_wrapper_that_is_missed_may_be_behind_a_high_box(seed: int) -> None:
+def test_a_wrapper_that_is_missed_may_be_behind_a_high_box_or_in_the_dark(seed: int) -> None:
     picture = Put("dumpling_bench", seed).look("overhead")
     points, lift = level_points(picture)
     assert lift is not None
-    assert find_hidden_place(points, lift) is None, "stands, press and pot hide no wrapper"
+    assert find_hidden_place(points, picture.rgb.astype(np.float64), lift) is None, (
+        "stands, press and pot hide no wrapper"
+    )
     x, y = 0.6, -0.3
     hides = (np.abs(points[:, :, 0] - x) < 0.04) & (np.abs(points[:, :, 1] - y) < 0.04)
+    dark = np.where(hides[:, :, None], picture.rgb / 4.0, picture.rgb)
+    in_shade = find_hidden_place(points, dark, lift)
     points[hides, 2] = 0.3
-    place = find_hidden_place(points, lift)
-    assert place is not None
-    assert dist(place[:2], (x, y)) < 0.02
+    place = find_hidden_place(points, picture.rgb.astype(np.float64), lift)
+    for one in (place, in_shade):
+        assert one is not None
+        assert dist(one[:2], (x, y)) < 0.02
     seen_once = Piece(CLOSED, looks=3)
     for pieces, hidden, suffice in (
         ((seen_once,), place, (True,)),

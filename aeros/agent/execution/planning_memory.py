@@ -58,7 +58,8 @@ class PlanningMemory:
             failures: causes of step failures since the previous plan.
 
         Returns:
-            The world with the failures, its things, and the last values seen of what is unknown in it.
+            The world with the failures, its things, the last values seen of what is unknown in it, and what
+            hindered each skill before.
         """
         things = tuple(self._things(world))
         self._note(world, things)
@@ -66,7 +67,12 @@ class PlanningMemory:
             name: one.value for name, one in self._memory.remembered_values().items() if name in world.unknown
         }
         described = {one.name: one.to_json() for one in things}
-        return replace(world, failures=tuple(failures), remembered=remembered, things=described)
+        hindrances = {
+            skill: [one._asdict() for one in found] for skill, found in self._memory.hindrances().items()
+        }
+        return replace(
+            world, failures=tuple(failures), remembered=remembered, things=described, hindrances=hindrances
+        )
 
     def _things(self, world: WorldModel) -> Iterator[ThingState]:
         return things_of(world, self._runtime.active_modules().values())

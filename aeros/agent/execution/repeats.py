@@ -140,8 +140,9 @@ def is_explained_by_chance(status: StepStatus, causes: Iterable[Cause], site: Si
         site: the site.
 
     Returns:
-        False if it was late, or if it was stopped by something else than a person or a silent sensor.
+        False if it was late, if the runtime refused to start it, as code that does not match its certificate,
+        or if it was stopped by something else than a person or a silent sensor.
     """
     if status is StepStatus.STOPPED:
         return any(cause.kind == "reading" or is_about_person(cause, site) for cause in causes)
-    return status is not StepStatus.TIMED_OUT
+    return status not in (StepStatus.TIMED_OUT, StepStatus.REFUSED)

@@ -10,7 +10,7 @@ import sqlite3
 from collections.abc import Mapping
 from dataclasses import dataclass
 from statistics import quantiles
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 from aeros.agent.memory.experience import MAX_EXPERIENCED_TRIES, ExperiencedEnd
 from aeros.agent.memory.posterior import (
@@ -37,6 +37,24 @@ _AGREES: Final = """CASE WHEN {asked} = context THEN 1
         AND instr(json_extract(context, '$.code'), json_extract({asked}, '$.code')) > 0
     ELSE 0 END"""
 """Condition that an episode's context is the one asked for, or one that `context_in_any_state` stands for."""
+
+
+_MOST_HINDRANCES: Final = 3
+"""Number of hindrances of a skill that are read."""
+
+
+class Hindrance(NamedTuple):
+    """A rule, reading or condition that denied, stopped or prevented a skill.
+
+    Attributes:
+        kind: as of `Cause`.
+        name: of the rule, the reading or the obstacle.
+        times: number of times that it did.
+    """
+
+    kind: str
+    name: str
+    times: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +117,28 @@ def read_success_record(
               AND (:until IS NULL OR episodes.id <= :until)"""  # noqa: S608  a constant
     asked = {"module": module, "skill": skill, "context": context, "plant": plant, "until": until}
     return SuccessRecord(*database.execute(sql, asked).fetchone())
+
+
+def read_hindrances(database: sqlite3.Connection, plant: str | None = None) -> dict[str, list[Hindrance]]:
+    """Count what denied, stopped or prevented each skill.
+
+    Args:
+        database: connection to the memory.
+        plant: plant of the sessions to count; None for all.
+
+    Returns:
+        For each skill, as MODULE.SKILL, its most frequent hindrances first.
+    """
+    sql = """SELECT module || '.' || skill AS name, json_extract(cause.value, '$.kind') AS kind,
+                    json_extract(cause.value, '$.rule') AS rule, count(*) AS times
+             FROM episodes JOIN sessions ON sessions.id = session, json_each(coalesce(causes, '[]')) AS cause
+             WHERE kind NOT IN ('outcome', 'undeclared-outcome') AND (:plant IS NULL OR plant = :plant)
+             GROUP BY name, kind, rule ORDER BY name, times DESC, max(episodes.id) DESC"""
+    found: dict[str, list[Hindrance]] = {}
+    for name, *hindrance in database.execute(sql, {"plant": plant}):
+        if len(found.setdefault(name, [])) < _MOST_HINDRANCES:
+            found[name].append(Hindrance(*hindrance))
+    return found
 
 
 def read_typical_duration(

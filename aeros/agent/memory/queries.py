@@ -17,6 +17,7 @@ from aeros.agent.errors import AgentError
 from aeros.agent.memory.evidence import (
     DurationStats,
     read_experience,
+    read_hindrances,
     read_success_record,
     read_typical_duration,
 )
@@ -115,6 +116,7 @@ class MemoryReader:
             A summary of each skill, by module and skill.
         """
         sql = "SELECT DISTINCT module, skill FROM episodes ORDER BY module, skill"
+        obstacles = read_hindrances(self._database)
         for module, skill in self._run(sql):
             if name in (None, f"{module}.{skill}"):
                 yield SkillSummary(
@@ -124,7 +126,7 @@ class MemoryReader:
                     tuple(self._contexts(module, skill)),
                     tuple(self._reasons(module, skill)),
                     tuple(self._inputs(module, skill)),
-                    tuple(self._obstacles(module, skill)),
+                    tuple(obstacles.get(f"{module}.{skill}", ())),
                 )
 
     def experience_on(self, plant: str) -> ExperienceSource:
@@ -154,14 +156,6 @@ class MemoryReader:
             (json.loads(inputs), SuccessRecord(*counts)) for inputs, *counts in self._run(sql, module, skill)
         ]
         return sorted(found, key=lambda one: -one[1].mean)[:_MAX_INPUTS] if len(found) > 1 else []
-
-    def _obstacles(self, module: str, skill: str) -> list[tuple[str, str, int]]:
-        sql = """SELECT json_extract(cause.value, '$.kind') AS kind,
-                        json_extract(cause.value, '$.rule') AS name, count(*) AS times
-                 FROM episodes, json_each(coalesce(causes, '[]')) AS cause
-                 WHERE module = ? AND skill = ? AND kind NOT IN ('outcome', 'undeclared-outcome')
-                 GROUP BY kind, name ORDER BY times DESC, max(episodes.id) DESC LIMIT ?"""
-        return [(kind, name, times) for kind, name, times in self._run(sql, module, skill, _MAX_REASONS)]
 
     def _reasons(self, module: str, skill: str) -> list[tuple[str, int]]:
         sql = """SELECT reason, count(*) FROM episodes WHERE module = ? AND skill = ? AND failed = 1

@@ -20,8 +20,10 @@ from aeros.agent.errors import AgentError
 from aeros.agent.identity import Identity
 from aeros.agent.memory.evidence import (
     DurationStats,
+    Hindrance,
     SkillId,
     read_experience,
+    read_hindrances,
     read_recent_duration,
     read_recent_records,
     read_success_record,
@@ -291,6 +293,14 @@ class Memory:
         """
         found = self._query(lambda database: read_remembered(database, self._plant))
         return {one.variable: one for one in found}
+
+    def hindrances(self) -> Mapping[str, Sequence[Hindrance]]:
+        """Count what denied, stopped or prevented each skill on this plant, in any session.
+
+        Returns:
+            For each skill, as MODULE.SKILL, its most frequent hindrances first.
+        """
+        return self._query(lambda database: read_hindrances(database, self._plant))
 
     def latest_episode(self) -> int:
         """Read the number of the latest episode.

@@ -166,6 +166,7 @@ def _task_prompt(
 ) -> dict[str, Any]:
     """Describe the task as JSON values."""
     read = {*domain.names, *t.variables_of(routed.task.goal)}
+    skills = skills_of(domain)
     clauses = (choice.skill.precondition for choice in domain.choices)
     read |= {name for clause in clauses if clause is not None for name in t.variables_of(clause.term)}
     return {
@@ -175,6 +176,7 @@ def _task_prompt(
         "measured": {name: to_json_value(world.known.get(name)) for name in sorted(read) if "." not in name},
         "last_seen": {name: world.remembered[name] for name in sorted(read & world.remembered.keys())},
         "things": dict(world.things),
+        "hindered_before": {name: world.hindrances[name] for name in skills if name in world.hindrances},
         "most_retries": retries,
-        "skills": [describe_skill(choices) for choices in skills_of(domain).values()],
+        "skills": [describe_skill(choices) for choices in skills.values()],
     }

@@ -61,6 +61,8 @@ class WorldModel:
             planners, read by no condition.
         things: what is known of each thing that a module declares, as JSON, by its name; for planners, read
             by no condition.
+        hindrances: what denied, stopped or prevented each skill in any session, as JSON, by MODULE.SKILL; for
+            planners, read by no condition.
     """
 
     time: float
@@ -71,6 +73,7 @@ class WorldModel:
     failures: tuple[Cause, ...] = ()
     remembered: Mapping[str, Any] = field(default_factory=dict)
     things: Mapping[str, Any] = field(default_factory=dict)
+    hindrances: Mapping[str, Any] = field(default_factory=dict)
 
     def at_time(self, now: float) -> WorldModel:
         """Drop the values that are too old at a later time, with nothing measured since.

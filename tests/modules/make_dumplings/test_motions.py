@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import runpy
 from contextlib import suppress
-from math import pi
+from math import dist, pi
 from types import SimpleNamespace
 from typing import Any
 
@@ -189,6 +189,26 @@ def test_wrap_looks_again_at_a_press_that_was_covered() -> None:
     assert next(body).kind == "look"
     assert body.send({**KNOWN, "press_covered": False}).kind == "grip"  # to open for the handle
     assert [one.kind for one in actions("wrap", 0, press_covered=True)] == ["look"]
+
+
+def test_a_wrapper_goes_back_if_something_was_put_on_the_press_while_it_was_gripped() -> None:
+    body = skills.prepare(dict(KNOWN), {"hand_speed": PACE})
+    now, done = dict(KNOWN), [next(body)]
+    with suppress(StopIteration):
+        while True:
+            if done[-1].kind == "grip":
+                width = done[-1].parameters["width"]
+                now |= {"holding": width == skills.WRAPPER_GRIP, "finger_gap": width + 0.01}
+            elif done[-1].kind == "move_tool":
+                now["tool_position"] = done[-1].parameters["target"]
+            # The first look was before it came.
+            now["press_covered"] = [one.kind for one in done].count("look") > 1
+            done.append(body.send(dict(now)))
+    places = [one.parameters["target"] for one in done if one.kind == "move_tool"]
+    assert not any(dist(one[:2], PRESS[:2]) < 0.1 for one in places)
+    lowest = [one for one in places if one[2] == TRAY[2]]
+    assert lowest == [TRAY, TRAY], "gripped there, and put back"
+    assert done[-1].kind == "look"
 
 
 @pytest.mark.parametrize(("place", "waits"), [((0.55, 0.33, 0.05), True), (PRESS, False)])

@@ -65,7 +65,7 @@ def test_a_failure_is_hopeless_where_the_record_says_so() -> None:
     assert success.no_retry_reason == ""
 
 
-@pytest.mark.parametrize("status", [StepStatus.STOPPED, StepStatus.TIMED_OUT])
+@pytest.mark.parametrize("status", [StepStatus.STOPPED, StepStatus.TIMED_OUT, StepStatus.REFUSED])
 def test_the_third_failure_of_a_kind_ends_the_run_and_a_pause_comes_before(status: StepStatus) -> None:
     kitchen = Kitchen({"boil": [StepResult(status, "something is in the way")] * 3}, dumpling_wrapped=True)
     first, second, third = (kitchen.attempt("boil") for _ in range(3))

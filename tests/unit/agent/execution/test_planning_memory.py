@@ -41,6 +41,20 @@ def test_modules_have_the_durations_that_were_remembered(tmp_path: Path) -> None
     assert modules["dumpling"].skills["wrap"] is DUMPLING.skills["wrap"]
 
 
+def test_a_planner_gets_what_hindered_a_skill_in_earlier_sessions_on_the_same_plant(tmp_path: Path) -> None:
+    start = EpisodeStart("t.t", "dumpling", "boil", "step", {}, 0.0, {}, "{}", DUMPLING.code_digest)
+    hindered = [{"kind": "gate", "rule": "unknown-object-1"}, {"kind": "outcome", "rule": "dumpling.boil"}]
+    for plant in ("physics", "physics", "kinematic"):
+        with open_memory(tmp_path / "m.sqlite3", Identity(uuid4(), "chef", "", 1), plant) as memory:
+            ending = EpisodeEnd("denied", None, True, "", 7.0, {}, counts_toward_record=True, causes=hindered)
+            memory.end_episode(memory.start_episode(start), ending)
+    with open_memory(tmp_path / "m.sqlite3", Identity(uuid4(), "chef", "", 1), "physics") as memory:
+        runtime = FakeRuntime()
+        runner = StepRunner(runtime, memory, Journal(runtime, memory, None), "dumpling.make_dumplings")
+        world = runner.planning_world()
+    assert world.hindrances == {"dumpling.boil": [{"kind": "gate", "name": "unknown-object-1", "times": 2}]}
+
+
 def test_a_module_that_is_not_active_is_not_recalled(tmp_path: Path) -> None:
     with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "chef", "", 1)) as memory:
         modules = PlanningMemory(FakeRuntime(), memory).recall({"dumpling": DUMPLING})

@@ -255,7 +255,12 @@ def test_only_readings_make_a_world() -> None:
 
 
 def test_only_what_planners_get_of_a_world_is_replaced_and_never_its_values() -> None:
-    fields = {one.name for one in dataclass_fields(WorldModel)} - {"failures", "remembered", "things"}
+    fields = {one.name for one in dataclass_fields(WorldModel)} - {
+        "failures",
+        "remembered",
+        "things",
+        "hindrances",
+    }
     replaced = [
         (path.as_posix(), keyword.arg)
         for path in PYTHON
