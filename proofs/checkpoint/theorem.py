@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from aeros.agent.execution.after_failure import FailureRules
 from aeros.agent.execution.cancellable_wait import CancellableWait
+from aeros.agent.execution.overdue_steps import OverdueSteps
 from aeros.agent.execution.provider_choice import ProviderChoice
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.runtime.ports import AuditEvent, EndedStep, LogHead, StepRequest, StepResult, StepStatus
@@ -216,6 +217,7 @@ def _stubbed_attempts(do: PerformStep, modules: Any, world: Any) -> Any:
     )
     one.waiting = CancellableWait(one._runtime)  # nobody cancels
     one._journal = SimpleNamespace(record=lambda *_, **__: None, record_step=lambda *_, **__: None)
+    one._overdue = OverdueSteps(one._journal)  # none is: nothing is known of how long they usually take
     one._memory = SimpleNamespace(start_episode=lambda _: 1, latest_episode=lambda: 0)
     one._world, one._task, one._failures = world, "task", []
     one.dispatcher = SimpleNamespace(dispatch=lambda *_: dispatch, denied=set())
