@@ -14,6 +14,8 @@ from aeros.agent.planning.routing import RoutedTask
 ONE: Final = ("one",)
 """Pronoun for a thing of the kind of the request before, as in `make one`."""
 
+_SPEAKERS: Final = frozenset({"i", "we"})
+"""First words of wishes, after which `on the left` may be where a thing is to go."""
 _THAT: Final = frozenset({"that", "this"})
 
 
@@ -34,6 +36,7 @@ class Coverage:
         says_here: True if the words end with `here`.
         says_to: True if `to` or the like is said.
         is_definite: True if there is an article.
+        has_extras: True if a declared phrase is said that asks for nothing more: `to the other stand`.
         describes_place: True if a place may only say which object: `the can on the left`.
     """
 
@@ -50,6 +53,7 @@ class Coverage:
     is_definite: bool = False
     is_order: bool = False
     says_here: bool = False
+    has_extras: bool = False
 
     @property
     def routed(self) -> RoutedTask:
@@ -115,12 +119,19 @@ class Coverage:
     @property
     def puts(self) -> bool:
         """True if a verb says to put something somewhere."""
+        acts = [one for one in self.triggers if one[0] not in _SPEAKERS]
         verbs = (
             form
-            for one in self.triggers
+            for one in acts or self.triggers
             for form in english.base_forms(one[0]) | english.participle_bases(one[0])
         )
         return not english.PUTTING_VERBS.isdisjoint(verbs)
+
+    @property
+    def lacks_place(self) -> bool:
+        """True if a verb says to put a thing down, and no words say where: `put the can down`."""
+        is_put = any(one[0] in english.PLACING_VERBS for one in self.triggers)
+        return is_put and self.values.is_specific and not (self.values.names_place or self.has_extras)
 
     @property
     def is_whole(self) -> bool:

@@ -16,8 +16,7 @@ _MIN_WORDS: Final = 4
 _MAX_PARTS: Final = 5
 
 _GOES_ON: Final = (
-    english.POSITIONS
-    | english.DIRECTIONS
+    english.TO_PLACES
     | english.DETERMINERS
     | english.NEGATIVES
     | english.CHOICES

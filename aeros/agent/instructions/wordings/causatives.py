@@ -12,6 +12,8 @@ from aeros.agent.instructions.wordings.wording import WANT, Wording, without_eac
 _OF_STATES: Final = frozenset({"let", "make", "see"})
 """Last words of causatives that ask for a state only: `make the can move` and `see the can` do not."""
 
+_ENSURING: Final = frozenset({"certain", "ensure", "see", "sure", "that"})
+_PAST: Final = frozenset({"was", "were"})
 _NO_STATES: Final = frozenset({"that", "was", "which"})
 """Words with which a place is where a thing is already: `get the can that is on the left`."""
 
@@ -29,6 +31,8 @@ def causatives(wording: Wording) -> Iterator[Wording]:
     if not causative:
         return
     rest = wording.words[len(causative) :]
+    if causative[-1] in _ENSURING and not _PAST.isdisjoint(rest):
+        return  # `make sure the table was cleaned` may ask to check it
     if rest[:1] and rest[0] in english.ADJECTIVES and rest[1:2] and rest[1] in english.DETERMINERS:
         rest = (*rest[1:], rest[0])  # `make clean the table`
     for linked in (rest, *without_each(rest, english.COPULAS)):
