@@ -13,7 +13,7 @@ from aeros.agent.instructions.arguments import (
     counted_parameter,
     is_object,
 )
-from aeros.agent.instructions.coverage import ONE, Coverage
+from aeros.agent.instructions.coverage import ONE, SPEAKERS, Coverage
 from aeros.agent.instructions.lexicon import TaskPhrases, plural_objects, universal_noun
 from aeros.agent.instructions.phrases import Words
 from aeros.spec.diagnostics.codes import quoted
@@ -115,7 +115,8 @@ class _CoveredWords:
         )
 
     def _add_object(self, words: Words) -> None:
-        self._starts_with_object = self._starts_with_object or not self._triggers
+        has_act = any(one[0] not in SPEAKERS for one in self._triggers)
+        self._starts_with_object = self._starts_with_object or not has_act
         self._names_all = self._names_all or words in plural_objects(self._entry)
         self._objects.append(words)
         self._last = self._objects

@@ -385,7 +385,9 @@ def check_scopes(sentence: Sentence) -> Sentence:
                 before.marker in _BEFORE_GERUND and before.words[:1] and english.is_gerund(before.words[0])
             )
             ends_itself |= bool(is_gerund) and not english.is_gerund(segment.words[0])
-            if segment.link is not Link.THEN and not ends_itself and not segment.is_new:
+            # `do not fetch it before wiping the table` says an order only
+            is_order = not {"before", "prior"}.isdisjoint(segment.joint.split())
+            if is_order or (segment.link is not Link.THEN and not ends_itself and not segment.is_new):
                 raise InstructionError(
                     f"{quoted(before.text)}, {quoted(segment.text)}: is the second wanted, or prohibited, "
                     "too? say it in two sentences"

@@ -107,8 +107,8 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
     before: Words = ()
     while True:
         opener = english.OPENERS.starting(tokens, position)
-        if opener == ("to",) and before in english.REMARKS:
-            opener = ()  # `it is too late to wipe it`
+        if len(opener) == 1:
+            _require_plain_opener(opener, before, tokens[position:])
         prohibition = english.PROHIBITIONS.starting(tokens, position)
         if prohibition[:1] == ("drop",) and _says_where_to(tokens[position + 1 :]):
             prohibition = ()  # `drop it on the left`
@@ -140,6 +140,32 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
         return position, Mood.REQUEST, ()
 
 
+def _require_plain_opener(opener: Words, before: Words, tokens: Words) -> None:
+    """Require that a word before a request changes nothing in it.
+
+    Args:
+        opener: the word.
+        before: the opener before it.
+        tokens: words and commas, from the opener on.
+
+    Raises:
+        InstructionError: it makes a question or statement of it, as in `do you wipe tables` and `people wipe
+            tables`, or says that it is not wanted, as in `it is too late to wipe it`.
+    """
+    is_ability = tokens[2:3] in (("can",), ("could",), ("please",))  # `do you can wipe it`, as some ask
+    if opener == ("do",) and tokens[1:2] == ("you",) and not is_ability:
+        raise InstructionError(f"{quoted(' '.join(tokens))} asks something, and asks for nothing")
+    is_address = tokens[1:2] in ((), (COMMA,)) or before in english.GREETINGS
+    if english.GROUPS.issuperset(opener) and not is_address:
+        raise InstructionError(f"{quoted(' '.join(tokens))} may say what people do")
+    if opener == ("to",) and before and before[-1] not in _BEFORE_TO:
+        raise InstructionError(f"{quoted(' '.join((*before, *opener)))} is not understood before a request")
+
+
+_BEFORE_TO: Final = frozenset(
+    {"also", "chance", "kindly", "minute", "moment", "now", "please", "then", "time"}
+)
+"""Words of openers after which `to` begins a request: `please to wipe it`, `if you have time to wipe it`."""
 _NOT_ALL: Final = (("just",), ("merely",), ("only",), ("simply",))
 
 

@@ -149,7 +149,7 @@ def _with_duty_of_each(tokens: Words) -> Words:
 def _without_preparation(tokens: Words) -> Words:
     """Write `find the can and bring it here` as `bring the can here`: the robot finds it in any case.
 
-    `go to the stand, find the can and bring it here` is `bring the can from the stand here`.
+    `go to the shelf, find the cup and bring it here` is `bring the cup from the shelf here`.
     """
     at = 0
     while not (found := english.PREPARATIONS.starting(tokens, at)):
@@ -184,7 +184,7 @@ _MAX_VERB_WORDS: Final = 2
 """Limit on the words before `it` in what is done with a thing: `put down`."""
 _MAX_THING_WORDS: Final = 4
 _MAX_PLACED_WORDS: Final = 7
-"""Limit on the words of a thing with the place where it is: `the red can from the first stand`."""
+"""Limit on the words of a thing with the place where it is: `the red cup from the first shelf`."""
 
 
 def _without_all(tokens: Words) -> Words:
@@ -246,22 +246,25 @@ def _finished_act(clause: Words, *, is_state: bool) -> Words:
 def _with_prohibitions(tokens: Words) -> Words:
     """Rewrite `the table must not be cleaned` and `leave the table alone` as prohibitions of its cleaning."""
     found: Words = ()
+    before: Words = ()
     begin = at = 0
     is_closed = False
     while at < len(tokens):
         link = english.SEQUENCE.starting(tokens, at) or (tokens[at : at + 1] if tokens[at] == COMMA else ())
         if link:
-            clause = _prohibition(tokens[begin:at])
+            clause = _prohibition(tokens[begin:at], before)
             is_closed = clause[:1] == ("without",) != tokens[begin : begin + 1] or (is_closed and not clause)
             # What is left alone ends before `and`: no second thing is prohibited.
             found += clause + (link if not is_closed or link != ("and",) else (COMMA,) if clause else ())
-            begin = at + len(link)
+            begin, before = at + len(link), link
         at += len(link) or 1
-    return found + _prohibition(tokens[begin:])
+    return found + _prohibition(tokens[begin:], before)
 
 
-def _prohibition(clause: Words) -> Words:
-    for at in range(1, len(clause) if clause[:1] not in _SPEAKERS else 0):
+def _prohibition(clause: Words, link: Words) -> Words:
+    # `fetch it before wiping the table is forbidden` may forbid both
+    may_be_of_both = bool(link) and link[-1] not in (COMMA, "and", "but", "then")
+    for at in range(1, len(clause) if clause[:1] not in _SPEAKERS and not may_be_of_both else 0):
         if duty := english.NEGATIVE_DUTIES.starting(clause, at):
             return ("do", "not", *clause[:at], *clause[at + len(duty) :])
     if clause[:1] == ("no",) and clause[-2:-1] in (("is",), ("are",)) and clause[-1] in _WANTED:

@@ -78,7 +78,7 @@ def _begins(words: Words, at: int, tasks: Sequence[TaskPhrases]) -> bool:
 
 def _is_request(words: Words, tasks: Sequence[TaskPhrases], *, is_first: bool) -> bool:
     found = [cover(entry, words, knows_pronoun=not is_first) for entry in tasks]
-    whole = [one for one in found if one.is_whole and not one.starts_with_object]
+    whole = [one for one in found if one.is_whole]
     return len(whole) == 1 and _begins(words, 0, tasks)
 
 
