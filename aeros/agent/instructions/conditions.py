@@ -18,7 +18,7 @@ _CONTRACTED: Final = {"isn": "is", "aren": "are", "wasn": "was", "hasn": "has"}
 """Verbs before a contracted `not`, as in `isn't`."""
 
 _UNSTRESSED: Final = frozenset({"yet", "still", "currently", "again", "all", "any", "actually", "indeed"})
-_BE: Final = ("is",)
+_IS: Final = ("is",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +57,11 @@ def find_condition(condition: Segment, entry: TaskPhrases, *, is_own: bool = Fal
     """
     spoken = _plain(condition.words)
     found = _declared(spoken, entry, is_own=is_own)
-    if found is None and condition.mood is Mood.CONDITION and len(spoken) > 1 and not {*_BE} & {*spoken}:
-        found = _declared((*spoken[:-1], *_BE, spoken[-1]), entry, is_own=is_own)  # `if table dirty`
+    if found is None and condition.mood is Mood.CONDITION and len(spoken) > 1 and not {*_IS} & {*spoken}:
+        found = _declared((*spoken[:-1], *_IS, spoken[-1]), entry, is_own=is_own)  # `if table dirty`
     if found is None and english.FINDINGS.ending(condition.marker):
         # `if you find the table dirty`, `if you see crumbs on it`
-        forms = ((*spoken[:-1], *_BE, *spoken[-1:]), ("there", *_BE, *spoken))
+        forms = ((*spoken[:-1], *_IS, *spoken[-1:]), ("there", *_IS, *spoken))
         return next((one for form in forms if (one := _declared(form, entry, is_own=is_own))), None)
     if found is None and "not" in spoken and spoken[max(0, spoken.index("not") - 1)] == "is":
         at = spoken.index("not")
@@ -81,7 +81,7 @@ def _declared(spoken: Words, entry: TaskPhrases, *, is_own: bool) -> FoundCondit
         if not names_object and not is_own and entry.objects:
             continue  # `if needed` is of the request that it stands with
         if words and not subject and words[0] not in ("it", "there"):
-            shorter.add(("it", *_BE, *words))  # `if it is needed`
+            shorter.add(("it", *_IS, *words))  # `if it is needed`
         place = next((words[: -len(one) - 1] for one in entry.objects if words[-len(one) :] == one), ())
         if place and words[:1] == ("there",) and is_own:
             # `if there is dust on it`
@@ -111,7 +111,7 @@ def _plain(words: Words) -> Words:
     while at < len(words):
         being = english.BEING.starting(words, at) if plain or at else ()
         if being:
-            plain += [*_BE, "not"] if "not" in being else _BE
+            plain += [*_IS, "not"] if "not" in being else _IS
         elif words[at] not in ignored or (plain[-1:] == ["is"] and at + 1 == len(words)):
             plain.append(words[at])  # `the table is filthy`
         at += len(being) or 1

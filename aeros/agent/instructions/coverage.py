@@ -14,6 +14,8 @@ from aeros.agent.planning.routing import RoutedTask
 ONE: Final = ("one",)
 """Pronoun for a thing of the kind of the request before, as in `make one`."""
 
+SPEAKERS: Final = frozenset({"i", "we"})
+"""First words of wishes, after which `on the left` may be where a thing is to go."""
 _THAT: Final = frozenset({"that", "this"})
 
 
@@ -29,11 +31,13 @@ class Coverage:
         counts: numbers, as said, but for a `one` before an object.
         repetitions: words that ask for several times, as said.
         values: values that the words state for the task's parameters.
-        starts_with_object: True if an object is named before the first phrase that asks for the task.
+        starts_with_object: True if an object is named before the first phrase that asks for the task and is
+            no wish.
         is_order: True if a number is written as in an order: `teas x2`.
         says_here: True if the words end with `here`.
         says_to: True if `to` or the like is said.
         is_definite: True if there is an article.
+        has_extras: True if a declared phrase is said that asks for nothing more: `to the other stand`.
         describes_place: True if a place may only say which object: `the can on the left`.
     """
 
@@ -50,6 +54,7 @@ class Coverage:
     is_definite: bool = False
     is_order: bool = False
     says_here: bool = False
+    has_extras: bool = False
 
     @property
     def routed(self) -> RoutedTask:
@@ -115,12 +120,19 @@ class Coverage:
     @property
     def puts(self) -> bool:
         """True if a verb says to put something somewhere."""
+        acts = [one for one in self.triggers if one[0] not in SPEAKERS]
         verbs = (
             form
-            for one in self.triggers
+            for one in acts or self.triggers
             for form in english.base_forms(one[0]) | english.participle_bases(one[0])
         )
         return not english.PUTTING_VERBS.isdisjoint(verbs)
+
+    @property
+    def lacks_place(self) -> bool:
+        """True if a verb says to put a thing down, and no words say where: `put the can down`."""
+        is_put = any(one[0] in english.PLACING_VERBS for one in self.triggers)
+        return is_put and self.values.is_specific and not (self.values.names_place or self.has_extras)
 
     @property
     def is_whole(self) -> bool:
@@ -128,7 +140,13 @@ class Coverage:
         names_object = bool(self.objects) or not self.entry.objects
         leaves_nothing = not (self.unknown or self.counts or self.repetitions or self.values.fault)
         may_describe = self.describes_place and not self.puts
-        return bool(self.triggers) and names_object and leaves_nothing and not may_describe
+        # `i want bring the can`
+        is_other_act = self.triggers[:1] and self.triggers[0][0] in SPEAKERS and self._names_move
+        return bool(self.triggers) and names_object and leaves_nothing and not (may_describe or is_other_act)
+
+    @property
+    def _names_move(self) -> bool:
+        return any(one[0] in english.MOVING_VERBS for one in self.triggers)
 
     def is_whole_without_verb(self, *, is_light: bool) -> bool:
         """Check if the words need no verb to ask for the task.

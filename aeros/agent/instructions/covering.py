@@ -13,7 +13,7 @@ from aeros.agent.instructions.arguments import (
     counted_parameter,
     is_object,
 )
-from aeros.agent.instructions.coverage import ONE, Coverage
+from aeros.agent.instructions.coverage import ONE, SPEAKERS, Coverage
 from aeros.agent.instructions.lexicon import TaskPhrases, plural_objects, universal_noun
 from aeros.agent.instructions.phrases import Words
 from aeros.spec.diagnostics.codes import quoted
@@ -44,8 +44,7 @@ _NO_SIDE: Final = tuple(
 
 _EMPHASIZED: Final = _LOOSE_PARTICLES | {"down"}
 """Words after a bare `left` and `right` with which they name no side."""
-
-_TO_PLACES: Final = english.POSITIONS | english.DIRECTIONS
+_ARTICLES: Final = english.DETERMINERS | english.POSSESSIVES
 _BEFORE_NOUNS: Final = frozenset({"a", "an", "little", "my", "our", "single", "some", "the", "your"})
 """Determiners that say nothing without a noun, or say another thing."""
 
@@ -88,6 +87,7 @@ class _CoveredWords:
         self._is_order = False
         self._partial: list[str] = []
         self._names_all = False
+        self._has_extras = False
         self._describes_place = False
         self._last: object = None
 
@@ -111,10 +111,12 @@ class _CoveredWords:
             not english.DETERMINERS.isdisjoint(self._words),
             self._is_order,
             self._words[-1:] == ("here",),
+            self._has_extras,
         )
 
     def _add_object(self, words: Words) -> None:
-        self._starts_with_object = self._starts_with_object or not self._triggers
+        has_act = any(one[0] not in SPEAKERS for one in self._triggers)
+        self._starts_with_object = self._starts_with_object or not has_act
         self._names_all = self._names_all or words in plural_objects(self._entry)
         self._objects.append(words)
         self._last = self._objects
@@ -141,11 +143,13 @@ class _Cover(_CoveredWords):
             self._unstressed,
             self._preposition,
         )
-        at = 0
-        while at < len(self._words):
-            covered = next((covered for step in steps if (covered := step(at))), 0)
+        at, words = 0, self._words
+        while at < len(words):
+            # `your hand` is no `hand me`, and no side
+            is_body = words[at] in english.BODY and at > 0 and words[at - 1] in _ARTICLES
+            covered = 0 if is_body else next((covered for step in steps if (covered := step(at))), 0)
             if not covered:
-                self._unknown.append(self._words[at])
+                self._unknown.append(words[at])
             at += covered or 1
 
     def _declared(self, at: int) -> int:
@@ -153,7 +157,7 @@ class _Cover(_CoveredWords):
         words = self._words
         found, length = self._entry.longest(words, at, is_perfect=self._is_perfect)
         value = self._entry.value_phrase(words, at, more_than=length - 1, is_perfect=self._is_perfect)
-        is_preposition = length == 1 and found is self._entry.extras and words[at] in _TO_PLACES
+        is_preposition = length == 1 and found is self._entry.extras and words[at] in english.TO_PLACES
         if is_preposition and not _leads(self._entry, words, at):
             found, length = (), 0
         if value is not None and words[at] in _SIDES and _is_no_side(words, at, value, self._triggers):
@@ -183,6 +187,7 @@ class _Cover(_CoveredWords):
             return 0
         elif length:
             self._last = self._entry.extras
+            self._has_extras = True
         return length
 
     def _wants_to_act(self, at: int) -> bool:
@@ -203,7 +208,7 @@ class _Cover(_CoveredWords):
         is_of_object = is_of_object or self._entry.longest(words, end)[0] is self._entry.objects
         if _says_which_one(self._entry, value):
             return
-        is_bare = before == at - 1 == end - 2 and (at == 0 or words[before] not in _TO_PLACES)
+        is_bare = before == at - 1 == end - 2 and (at == 0 or words[before] not in english.TO_PLACES)
         if (before < at - 1 or is_bare) and is_of_object:
             self._stated.fault = f"{quoted(words[at])} may say which one, or where to"
         elif value.values == {default}:
@@ -378,7 +383,7 @@ def _is_no_side(words: Words, at: int, value: ValuePhrase, triggers: Collection[
         return False
     verbs = {form for one in triggers for form in english.base_forms(one[0])}
     is_put = not verbs or not english.PUTTING_VERBS.isdisjoint(verbs)
-    is_named = before[:1] and before[0] in _TO_PLACES | english.DETERMINERS | english.PLACE_NOUNS
+    is_named = before[:1] and before[0] in english.TO_PLACES | english.DETERMINERS | english.PLACE_NOUNS
     # `wipe the table right`
     is_manner = at + 1 == len(words) and words[at] == "right" and not is_put and not is_named
     following = words[at + 1 : at + 2]
@@ -430,32 +435,9 @@ def _after(words: Words, at: int, skipped: Collection[str]) -> int:
     return at
 
 
-_PLACE_WORDS: Final = frozenset(
-    {
-        *("left", "right", "middle", "centre", "center", "front", "back", "rear", "near", "far", "upper"),
-        *(
-            "lower",
-            "top",
-            "bottom",
-            "inner",
-            "outer",
-            "side",
-            "corner",
-            "end",
-            "edge",
-            "half",
-            "spot",
-            "place",
-        ),
-        *("first", "second", "third", "last", "other", "north", "south", "east", "west", "here", "there"),
-    }
-)
-"""Words that say where something is, or where it is to go."""
-
-
 def _says_which_one(entry: TaskPhrases, value: ValuePhrase) -> bool:
     """Return True at no place, as `the yellow jar`, and if the parameter has the object's name, `jar`."""
-    if _PLACE_WORDS.isdisjoint(value.words):
+    if english.PLACE_WORDS.isdisjoint(value.words):
         return True
     named = set(value.parameter.split("_"))
     return any(named.issuperset(noun) for noun in entry.objects if noun)

@@ -43,7 +43,7 @@ BARRED: Final = frozenset({",", ":", "then", *(word for name in _BARRING for wor
 """Words that no free part of a phrase has."""
 
 
-_OTHER_WORDS: Final = ("no_slips", "turning_words")
+_OTHER_WORDS: Final = ("no_slips", "place_words", "turning_words")
 """Lists of words that instructions do not use, and that are no typing slips."""
 
 # The comments in `english.toml` describe each list.
@@ -71,6 +71,7 @@ REPETITIONS: Final = _words("repetitions")
 OPENERS: Final = _phrases("openers", "past_openers", "remarks")
 SENTENCE_OPENERS: Final = _phrases("sentence_openers")
 CLOSERS: Final = _phrases("closers", "remarks")
+GROUPS: Final = _words("groups")
 DEADLINES: Final = _phrases("deadlines")
 IN_ANY_CASE: Final = _phrases("in_any_case")
 SEQUENCE: Final = _phrases("sequence")
@@ -128,6 +129,8 @@ DENIALS: Final = _phrases("denials")
 NOTHINGS: Final = _phrases("nothings")
 SENTENCE_TURNS: Final = _phrases("sentence_turns")
 GOAL_CHECKS: Final = _phrases("goal_checks")
+PLACE_WORDS: Final = _words("place_words")
+PLACING_VERBS: Final = _words("placing_verbs")
 PUTTING_VERBS: Final = _words("putting_verbs")
 DIRECTIONS: Final = _words("directions")
 RECEIPTS: Final = _phrases("receipts")
@@ -135,6 +138,8 @@ POINTINGS: Final = _phrases("pointings")
 RELATIVES: Final = _phrases("relatives")
 BEING: Final = _phrases("being")
 POSITIONS: Final = _words("positions")
+TO_PLACES: Final = POSITIONS | DIRECTIONS
+BE: Final = frozenset({"is", "s", "are"})
 GRASP_VERBS: Final = _words("grasp_verbs")
 MOVING_VERBS: Final = _words("moving_verbs")
 NO_SLIPS: Final = _words("no_slips")

@@ -133,6 +133,9 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     # `once you have done the teas, …`
     is_of_thing = not english.DETERMINERS.isdisjoint(tokens[len(link) : len(link) + 1])
     link = () if link[-1:] in _DONE and is_of_thing else link
+    if is_first and not _REFERRING.isdisjoint(link) and not _OVER.isdisjoint(link):
+        text = quoted(" ".join(link))
+        raise InstructionError(f"{text} may ask to wait; nothing before it says what is to be done first")
     # At the very start, `later` is a time, and links nothing.
     tokens = tokens if is_first and link == _LATER else tokens[len(link) :]
     tokens, remarks = _without_remarks(tokens if is_question else with_subject(tokens))
@@ -186,7 +189,10 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     is_cued = is_cued or (_is_order(tokens) and _THANKS.isdisjoint(whole))  # `one tea for me and one for Ben`
     is_polite = any(word in _POLITE for word in whole) or _is_order(whole) or is_cued
     carried = carried_words(segments)
-    return (*(replace(one, is_polite=is_polite, carried=carried) for one in segments), *reasons)
+    spoken = (
+        replace(one, is_polite=is_polite, carried=carried if at else ()) for at, one in enumerate(segments)
+    )
+    return (*spoken, *reasons)
 
 
 def _without_remarks(tokens: Words) -> tuple[Words, list[Segment]]:
@@ -280,6 +286,8 @@ _DONE: Final = (("done",), ("finished",))
 _TIMES: Final = (("before",), ("by",))
 _AFTERWARDS: Final = frozenset({f"{COMMA} after", f"{COMMA} after you"})
 _LATER: Final = ("later",)
+_REFERRING: Final = frozenset({"it", "that", "this"})
+_OVER: Final = frozenset({"been", "complete", "completed", "done", "finished", "over", "ready"})
 _NEXT: Final = ("next",)
 _THANKS: Final = frozenset({"thank", "thanks"})
 _ORDER_CUES: Final = frozenset({"asap", "immediately", "just", "mind", "now", "only", "quick", "time"})
@@ -377,7 +385,9 @@ def check_scopes(sentence: Sentence) -> Sentence:
                 before.marker in _BEFORE_GERUND and before.words[:1] and english.is_gerund(before.words[0])
             )
             ends_itself |= bool(is_gerund) and not english.is_gerund(segment.words[0])
-            if segment.link is not Link.THEN and not ends_itself and not segment.is_new:
+            # `do not fetch it before wiping the table` says an order only
+            is_order = not {"before", "prior"}.isdisjoint(segment.joint.split())
+            if is_order or (segment.link is not Link.THEN and not ends_itself and not segment.is_new):
                 raise InstructionError(
                     f"{quoted(before.text)}, {quoted(segment.text)}: is the second wanted, or prohibited, "
                     "too? say it in two sentences"

@@ -20,7 +20,8 @@ from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.expr import terms as t
 
-_AND: Final = ("and", "as well as", "plus")
+_AND: Final = ("and", "along with", "and along with", "as well as", "plus")
+"""Joints of two things that get the same."""
 
 
 def refined_request(before: Request, request: Request, segment: Segment, first: Segment) -> Request | None:
@@ -78,15 +79,16 @@ def with_shared_place(before: Request, request: Request, segment: Segment) -> Re
             go.
     """
     task = request.errand.routed.task
-    is_shared = not request.has_verb and segment.link is Link.JOINED
-    if not is_shared or before.errand.routed.task is not task:
+    is_of_things = any(map(is_object, task.parameters.values()))
+    is_shared = segment.link is Link.JOINED or (segment.link is Link.THEN and is_of_things)
+    if request.has_verb or not is_shared or before.errand.routed.task is not task:
         return None
     places = {name for name, one in task.parameters.items() if one.values and not is_object(one)}
     if (before.stated - request.stated) & places:
         name = min((before.stated - request.stated) & places)
         raise InstructionError(f"{quoted(segment.text)} does not say `{name}`; say it of both")
     missing = (request.stated - before.stated) & places
-    if not missing or not any(map(is_object, task.parameters.values())):
+    if not missing or segment.link is Link.THEN or not is_of_things:
         return None
     if segment.joint not in _AND:
         raise InstructionError(f"`{min(missing)}` in {quoted(segment.text)} may be of both; say it of each")

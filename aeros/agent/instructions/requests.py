@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import has_object_of, is_object
@@ -32,6 +31,7 @@ class Request:
 
     Attributes:
         errand: the task with its arguments, and the condition.
+        lacks_place: True if its verb says to put a thing down, and its words do not say where.
         stated: parameters that its words say a value of.
         only_refers: True if a pronoun stands for its object, or its words only name an object, as in
             `…, the blue one`.
@@ -44,6 +44,7 @@ class Request:
     only_refers: bool = False
     has_verb: bool = True
     topic: TaskPhrases | None = None
+    lacks_place: bool = False
 
 
 def read_request(
@@ -196,7 +197,7 @@ def _with_arguments(
     """
     routed = coverage.routed
     stated = frozenset(coverage.values.stated)
-    is_put = any(one[0] in _NEEDING_PLACES for one in coverage.triggers)
+    is_put = any(one[0] in english.PLACING_VERBS for one in coverage.triggers)
     vague = next((word for word in segment.closers if word in ("there", "first" if is_put else "")), "")
     if vague and coverage.puts and not coverage.values.names_place:
         raise InstructionError(f"{quoted(segment.text)} does not say which place {quoted(vague)} is")
@@ -230,11 +231,9 @@ def _with_arguments(
             f"{quoted(segment.text)} leaves open `{name}` of `{routed}`: {shown}", segment.text, candidates
         )
     only_refers = coverage.names_pronoun or not coverage.triggers
-    return Request(Errand(routed), stated, only_refers, bool(coverage.triggers))
-
-
-_NEEDING_PLACES: Final = frozenset({"place", "position", "put", "set"})
-"""Verbs after which `first` may be a place."""
+    return Request(
+        Errand(routed), stated, only_refers, bool(coverage.triggers), lacks_place=coverage.lacks_place
+    )
 
 
 def _is_of_whole(routed: RoutedTask) -> bool:

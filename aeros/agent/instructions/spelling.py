@@ -23,7 +23,7 @@ _WORD: Final = re.compile(r"[^\W\d_]+")
 _MIN_LENGTH: Final = 4
 _MIN_LONG: Final = 6
 """Shortest word in which any letter may be wrong, or one too many."""
-_FUNCTION_WORDS: Final = english.POSITIONS | english.DIRECTIONS | english.PARTICLES
+_FUNCTION_WORDS: Final = english.TO_PLACES | english.PARTICLES
 """Never corrected: a slip in one may change where a thing is to go."""
 _VOWELS: Final = frozenset("aeiouy")
 

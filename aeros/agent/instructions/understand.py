@@ -167,6 +167,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     prohibits_all = ""
     reasons: list[Segment] = []
     leading: list[Segment] = []
+    unplaced: list[tuple[Errand, Segment]] = []
     last: tuple[Request, Segment] | None = None
     first: Request | None = None  # request that `otherwise` may follow
     pending = list(parse_instruction(instruction))
@@ -218,6 +219,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
                 else:
                     require_no_other_number(errands, request, segment)
                     errands += [request.errand] if errands[-1:] != [request.errand] else []
+                unplaced += [(request.errand, segment)] if request.lacks_place and not refined else []
                 last = (refined or request, segment)
                 context.append(last[0].errand)
             elif is_universal(segment):
@@ -238,6 +240,9 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     if prohibits_all or not errands:
         never = ", ".join(f"`{routed.formal_text}`" for routed in prohibited) or quoted(prohibits_all)
         raise NothingAskedError(f"nothing is asked for, and {never} is prohibited, so nothing moves")
+    for errand, segment in unplaced:
+        if errand in errands:
+            raise InstructionError(f"{quoted(segment.text)} does not say where to")
     for errand in errands:
         if any(one.covers(errand.routed) for one in prohibited):
             raise NothingAskedError(
@@ -288,7 +293,7 @@ def _context(
 
 def _without_left_verb(words: Words) -> Words:
     """Leave out the verb of `somebody left crumbs on the table`, which names no side."""
-    before = english.DETERMINERS | english.POSSESSIVES | english.POSITIONS | english.DIRECTIONS | {"s"}
+    before = english.DETERMINERS | english.POSSESSIVES | english.TO_PLACES | {"s"}
     return tuple(
         word
         for at, word in enumerate(words)

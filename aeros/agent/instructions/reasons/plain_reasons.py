@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Final
 
 from aeros.agent.instructions import english
@@ -85,13 +86,15 @@ def require_plain_reason(
     words = reason.words
     if (not _SPEECH.isdisjoint(words) or words[-1:] == ("goes",)) and not is_remark(words):
         raise InstructionError(f"{quoted(' '.join((*reason.marker, *words)))} may report what others say")
+    if not is_remark(words) and _has_second_predicate(words):
+        raise InstructionError(f"{quoted(' '.join((*reason.marker, *words)))} may say more than a reason")
     _require_agreement(reason, tasks, asked_for)
     is_stated = is_remark(words) or any(find_condition(reason, entry) is not None for entry in tasks)
     speaks_of_people = words[:1] in (("i",), ("we",), ("he",), ("she",), ("they",))
     refused = english.CHOICES | english.REPETITIONS | english.TURNS
     named = {word for entry in tasks for phrase in entry.objects for word in phrase}
     named |= {word for entry in tasks for value in entry.values for word in value.words}
-    named -= english.DETERMINERS | english.POSITIONS | english.DIRECTIONS | english.PART_PREPOSITIONS
+    named -= english.DETERMINERS | english.TO_PLACES | english.PART_PREPOSITIONS
     # `the customers from town arrive at ten` speaks of no thing that the robot could be asked for.
     is_elsewhere = named.isdisjoint(words)
     refused |= frozenset() if reason.link is Link.ADJUNCT or is_elsewhere else english.PLACES
@@ -114,6 +117,30 @@ def require_plain_reason(
         why = quoted(doubtful[0]) if doubtful else f"`{asked[0]}`"
         text = " ".join((*reason.marker, *words))
         raise InstructionError(f"it is not clear if {quoted(text)} is only a reason, because of {why}")
+
+
+def _has_second_predicate(words: Words) -> bool:
+    """Return True for `it is dirty was a joke` and `we can eat is what he does`: more than a reason."""
+    finite = english.FINITE | english.MODALS
+    verbs = [at for at, word in enumerate(words) if word in finite and words[at - 1 : at] not in _OF_VERBS]
+    for first, second in pairwise(verbs):
+        between = words[first + 1 : second]
+        is_of_noun = bool(between) and _NEW_SUBJECT.isdisjoint(between)
+        if words[second] in _COPULAS and (is_of_noun or words[second + 1 : second + 2] in _WHAT):
+            return True
+    return False
+
+
+_COPULAS: Final = frozenset({"is", "are", "was", "were", "would", "has", "had"})
+_OF_VERBS: Final = tuple((word,) for word in sorted(english.MODALS | {"and", "or"}))
+_NEW_SUBJECT: Final = (
+    english.DETERMINERS
+    | english.POSSESSIVES
+    | english.SUBJECTS
+    | english.PRONOUNS
+    | {"and", "as", "because", "but", "or", "since", "so", "what", "which", "who", "you", ","}
+)
+_WHAT: Final = (("what",), ("how",), ("when",), ("why",))
 
 
 def _plain_term(term: t.Term) -> t.Term:
@@ -149,7 +176,7 @@ def _require_agreement(
     text = quoted(" ".join((*reason.marker, *reason.words)))
     for entry in tasks:
         for routed in (one for one in asked_for if entry.routed.covers(one)):
-            found = find_condition(reason, entry, is_own=True)
+            found = find_condition(_of_whole(reason, entry, routed), entry, is_own=True)
             goal = routed.task.goal
             conjuncts = goal.operands if isinstance(goal, t.And) else (goal,)
             term = None if found is None else _plain_term(found.term)
@@ -177,6 +204,18 @@ def _require_agreement(
             }
             if named.is_specific and colours:
                 raise InstructionError(f"{text} says a colour that `{routed}` does not know")
+
+
+def _of_whole(reason: Segment, entry: TaskPhrases, routed: RoutedTask) -> Segment:
+    """Return `the table is clean` for the reason `the left half is clean` if that half is asked for."""
+    words = reason.words
+    for at in range(len(words) if entry.objects and not reason.marker else 0):
+        value = entry.value_phrase(words, at)
+        if value is not None and value.is_place and value.values == {routed.arguments.get(value.parameter)}:
+            rest = words[at + len(value.words) :]
+            noun = () if rest[:1] == ("of",) else entry.objects[0]
+            return replace(reason, words=words[:at] + noun + (rest if noun else rest[2:]))
+    return reason
 
 
 _IT: Final = frozenset({"it", "they", "this", "the"})

@@ -54,7 +54,7 @@ def is_remark(words: Words) -> bool:
     barred = english.BARRED_IN_REMARKS - _TO
     if not names_person and words[:1]:
         # `it is the one in the fridge` may say which thing is meant.
-        barred |= english.PLACES | english.POSITIONS | english.DIRECTIONS | {"for"}
+        barred |= english.PLACES | english.TO_PLACES | {"for"}
         if words[0] in _THINGS and any(one in english.DETERMINERS for one in words[1:3]):
             return False
         words = words if words[0] not in _THINGS else ("there", *words[1:])

@@ -15,7 +15,6 @@ SpokenSentence = tuple[Words, bool]
 CHECK: Final = "?"
 """First token of a sentence with a check that the next one depends on: its condition is measured anyway."""
 
-_BE: Final = frozenset({"is", "are"})
 _IF: Final[Words] = ("if",)
 _UNLESS: Final[Words] = ("unless",)
 _THEN: Final[Words] = ("then",)
@@ -72,7 +71,7 @@ def after_denial(tokens: Words, at: int) -> int:
 
 def _checked(tokens: Words, *, is_question: bool) -> Words:
     """Return the condition that a sentence asks about, or asks to check; empty if it does neither."""
-    if is_question and tokens[:1] and tokens[0] in _BE and COMMA not in tokens:
+    if is_question and tokens[:1] and tokens[0] in english.BE and COMMA not in tokens:
         subject = next((at for at in range(1, len(tokens)) if tokens[at] not in english.DETERMINERS), 1)
         return (*tokens[1 : subject + 1], tokens[0], *tokens[subject + 1 :])
     check, asked = _after(english.CHECKS, tokens)
@@ -99,7 +98,10 @@ def _without_own_check(tokens: Words) -> Iterator[Words]:
         # `check if the table is dirty and clean it if so`, `check if the table is dirty, if so, clean it`
         for at in range(2, len(rest)):
             link = english.SEQUENCE.starting(rest, at) or rest[at : at + 1]
-            if link not in (("and",), (COMMA,), (COMMA, "and")):
+            link = (
+                () if english.AFFIRMATIONS.starting(rest, at)[:1] == _IF else link
+            )  # in a transcript without pauses
+            if link not in ((), ("and",), (COMMA,), (COMMA, "and")):
                 continue
             request = rest[at + len(link) :]
             denied = after_denial(request, 0) or after_denial(rest, at + (rest[at] == COMMA)) - at - len(link)

@@ -104,8 +104,11 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
     Raises:
         InstructionError: a condition on time begins here.
     """
+    before: Words = ()
     while True:
         opener = english.OPENERS.starting(tokens, position)
+        if len(opener) == 1:
+            _require_plain_opener(opener, before, tokens[position:])
         prohibition = english.PROHIBITIONS.starting(tokens, position)
         if prohibition[:1] == ("drop",) and _says_where_to(tokens[position + 1 :]):
             prohibition = ()  # `drop it on the left`
@@ -124,7 +127,7 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
             opener = ()  # `see to it that`
         is_side = opener == ("right",) and tokens[position + 1 : position + 2] not in _AFTER_RIGHT
         if opener and opener != tokens[position:] and not is_side:
-            position += len(opener)
+            position, before = position + len(opener), opener
             continue
         for phrases in (english.CONDITIONALS, english.TIME_CONDITIONALS):
             if condition := phrases.starting(tokens, position):
@@ -137,16 +140,39 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
         return position, Mood.REQUEST, ()
 
 
+def _require_plain_opener(opener: Words, before: Words, tokens: Words) -> None:
+    """Require that a word before a request changes nothing in it.
+
+    Args:
+        opener: the word.
+        before: the opener before it.
+        tokens: words and commas, from the opener on.
+
+    Raises:
+        InstructionError: it makes a question or statement of it, as in `do you wipe tables` and `people wipe
+            tables`, or says that it is not wanted, as in `it is too late to wipe it`.
+    """
+    is_ability = tokens[2:3] in (("can",), ("could",), ("please",))  # `do you can wipe it`, as some ask
+    if opener == ("do",) and tokens[1:2] == ("you",) and not is_ability:
+        raise InstructionError(f"{quoted(' '.join(tokens))} asks something, and asks for nothing")
+    is_address = tokens[1:2] in ((), (COMMA,)) or before in english.GREETINGS
+    if english.GROUPS.issuperset(opener) and not is_address:
+        raise InstructionError(f"{quoted(' '.join(tokens))} may say what people do")
+    if opener == ("to",) and before and before[-1] not in _BEFORE_TO:
+        raise InstructionError(f"{quoted(' '.join((*before, *opener)))} is not understood before a request")
+
+
+_BEFORE_TO: Final = frozenset(
+    {"also", "chance", "kindly", "minute", "moment", "now", "please", "then", "time"}
+)
+"""Words of openers after which `to` begins a request: `please to wipe it`, `if you have time to wipe it`."""
 _NOT_ALL: Final = (("just",), ("merely",), ("only",), ("simply",))
 
 
 def _says_where_to(rest: Words) -> bool:
     """Return True for `it on the left` and `the cup off at the right`."""
     clause = rest[: rest.index(COMMA)] if COMMA in rest else rest
-    return rest[:1] == ("off",) or not _TO_PLACES.isdisjoint(clause)
-
-
-_TO_PLACES: Final = english.POSITIONS | english.DIRECTIONS
+    return rest[:1] == ("off",) or not english.TO_PLACES.isdisjoint(clause)
 
 
 def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]:
@@ -205,7 +231,12 @@ _AFTER_JUST: Final = ((), ("because",), ("for",), ("in",), ("now",), ("to",), ("
 
 
 def _link_of(joint: Words) -> Link:
-    return Link.JOINED if joint in (("and",), ("plus",), ("as", "well", "as")) else Link.THEN
+    return Link.JOINED if joint in _ADDITIONS else Link.THEN
+
+
+_ADDITIONS: Final = tuple(
+    tuple(text.split()) for text in ("and", "plus", "as well as", "along with", "and along with")
+)
 
 
 def strip_ends(tokens: Words) -> Words:

@@ -203,7 +203,8 @@ def _corrected(
         replaced = without_commas(wrong[start:end])
         if asked_before is None:
             # What the sentence said before is not known as a whole; nothing that it said is lost.
-            is_clear = _stated(replaced, tasks) <= stated and (start > 0 or len(stated) > 0)
+            is_known = any(not cover(entry, replaced, knows_pronoun=True).unknown for entry in tasks)
+            is_clear = _stated(replaced, tasks) <= stated and (start > 0 or (len(stated) > 0 and is_known))
         else:
             is_whole = end - start == len(wrong)
             may_be_another = is_whole and not correction.may_go_on and _names_act(right, tasks)

@@ -8,7 +8,6 @@ from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
 
 _RELATIVES: Final = frozenset({"that", "which"})
-_BE: Final = frozenset({"is", "s"})
 
 
 def without_relatives(tokens: Words) -> Words:
@@ -30,7 +29,7 @@ def without_relatives(tokens: Words) -> Words:
             tokens[at] in _RELATIVES
             and tokens[at - 1] in english.PLACE_NOUNS
             and tokens[at + 1 : at + 2]
-            and tokens[at + 1] in _BE
+            and tokens[at + 1] in english.BE
             and tokens[at + 2 : at + 3]
             and tokens[at + 2] in english.POSITIONS
         ):

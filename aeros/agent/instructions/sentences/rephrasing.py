@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
 from aeros.agent.instructions import english
@@ -21,7 +22,6 @@ _PLACED: Final = frozenset(
 """Words that say where something is to be left."""
 
 _WANTED: Final = frozenset({"needed", "required", "necessary", "wanted"})
-_BE: Final = frozenset({"is", "s", "are", "has", "have"})
 _PERFECT: Final[Words] = ("once", "you", "have")
 
 
@@ -55,9 +55,9 @@ def rephrased(tokens: Words) -> Words:
         The sentence, without `both`; with `once you have` before an act that is to be over, and
         with `do not` before one that is prohibited.
     """
-    tokens = _with_put(without_relatives(_with_plain_wish(without_shares(_with_plain_extents(tokens)))))
-    tokens = _with_duty_of_each(_without_preparation(_without_both(_with_speaker(tokens))))
-    return _with_prohibitions(_with_perfect(_without_all(tokens)))
+    for rewrite in _REWRITES:
+        tokens = rewrite(tokens)
+    return tokens
 
 
 def _with_plain_extents(tokens: Words) -> Words:
@@ -78,7 +78,6 @@ def _with_plain_extents(tokens: Words) -> Words:
 
 
 _ARTICLES: Final = english.DETERMINERS | english.POSSESSIVES
-_TO_PLACES: Final = english.POSITIONS | english.DIRECTIONS
 _AFTER_VERB: Final = _ARTICLES | english.PRONOUNS | {"there", "anybody", "anyone", "not", "no"}
 """Words behind `is` in a question; after others the subject was left out."""
 _ONLY: Final = frozenset({"just", "only"})
@@ -94,7 +93,7 @@ def _without_both(tokens: Words) -> Words:
     """Leave out `both` before two things, and write it as `them` where it is a pronoun: `put both down`."""
     for at, word in enumerate(tokens):
         following = tokens[at + 1 : at + 2]
-        is_last = following in ((), (COMMA,)) or not _TO_PLACES.isdisjoint(following)
+        is_last = following in ((), (COMMA,)) or not english.TO_PLACES.isdisjoint(following)
         is_object = at > 0 and tokens[at - 1] not in _ARTICLES | english.PRONOUNS | {COMMA, "and"}
         if word == "both" and is_object and is_last and "and" not in tokens[at:]:
             return (*tokens[:at], "them", *tokens[at + 1 :])
@@ -111,7 +110,7 @@ def _without_both(tokens: Words) -> Words:
 def _with_plain_wish(tokens: Words) -> Words:
     """Write `it is the can that I want` as `I want the can`."""
     wish = next((tokens[at:] for at in range(3, len(tokens)) if tokens[at:] in english.RELATIVES), ())
-    is_cleft = bool(wish) and tokens[0] == "it" and tokens[1] in _BE and COMMA not in tokens
+    is_cleft = bool(wish) and tokens[0] == "it" and tokens[1] in english.BE and COMMA not in tokens
     if not is_cleft or wish[-1] not in _WISHED:
         return tokens
     return ("i", "want", *tokens[2 : len(tokens) - len(wish)])
@@ -148,30 +147,44 @@ def _with_duty_of_each(tokens: Words) -> Words:
 
 
 def _without_preparation(tokens: Words) -> Words:
-    """Write `find the can and bring it here` as `bring the can here`: the robot finds it in any case."""
+    """Write `find the can and bring it here` as `bring the can here`: the robot finds it in any case.
+
+    `go to the shelf, find the cup and bring it here` is `bring the cup from the shelf here`.
+    """
     at = 0
     while not (found := english.PREPARATIONS.starting(tokens, at)):
         opener = english.OPENERS.starting(tokens, at)
         if not opener:
             return tokens
         at += len(opener)
-    begin = at + len(found)
-    end = next((to for to in range(begin, len(tokens)) if tokens[to] in _JOINTS), len(tokens))
-    thing, rest = tokens[begin:end], tokens[end:]
+    thing, rest = _thing_before_joint(tokens[at + len(found) :])
+    if found[-1] in english.DIRECTIONS and (further := english.PREPARATIONS.starting(rest)):
+        place = thing
+        thing, rest = _thing_before_joint(rest[len(further) :])
+        thing = (*thing, "from", *place)
+    its = [to for to, word in enumerate(rest) if word in ("it", "them")]
+    if not its or its[0] > _MAX_VERB_WORDS or not 1 <= len(thing) <= _MAX_PLACED_WORDS:
+        return tokens
+    if not english.TO_PLACES.isdisjoint(thing) and not english.PLACE_WORDS.isdisjoint(thing):
+        return tokens  # `find the can on the left and bring it`: which one, or where to?
+    return tokens[:at] + rest[: its[0]] + thing + rest[its[0] + 1 :]
+
+
+def _thing_before_joint(tokens: Words) -> tuple[Words, Words]:
+    """Return the words up to a pause, `and` or `then`, and those after it."""
+    end = next((to for to in range(len(tokens)) if tokens[to] in _JOINTS), len(tokens))
+    rest = tokens[end:]
     while rest and rest[0] in _JOINTS:
         rest = rest[1:]
-    its = [to for to, word in enumerate(rest) if word in ("it", "them")]
-    if not its or its[0] > _MAX_VERB_WORDS or not 1 <= len(thing) <= _MAX_THING_WORDS:
-        return tokens
-    if not english.POSITIONS.union(english.DIRECTIONS).isdisjoint(thing):
-        return tokens
-    return tokens[:at] + rest[: its[0]] + thing + rest[its[0] + 1 :]
+    return tokens[:end], rest
 
 
 _JOINTS: Final = frozenset({COMMA, "and", "then"})
 _MAX_VERB_WORDS: Final = 2
 """Limit on the words before `it` in what is done with a thing: `put down`."""
 _MAX_THING_WORDS: Final = 4
+_MAX_PLACED_WORDS: Final = 7
+"""Limit on the words of a thing with the place where it is: `the red cup from the first shelf`."""
 
 
 def _without_all(tokens: Words) -> Words:
@@ -219,7 +232,7 @@ def _finished_act(clause: Words, *, is_state: bool) -> Words:
     if has_done and not is_state and clause[3:4] and clause[3] in english.DETERMINERS:
         return ("done", *clause[3:])  # `once you have finished the teas`
     for at in range(1, len(clause) - 1):
-        if clause[at] in _BE:
+        if clause[at] in english.BE | {"has", "have"}:
             last = clause[-1]
             act = clause[:at]
             if last in _DONE and len(clause) <= at + 3:
@@ -233,22 +246,25 @@ def _finished_act(clause: Words, *, is_state: bool) -> Words:
 def _with_prohibitions(tokens: Words) -> Words:
     """Rewrite `the table must not be cleaned` and `leave the table alone` as prohibitions of its cleaning."""
     found: Words = ()
+    before: Words = ()
     begin = at = 0
     is_closed = False
     while at < len(tokens):
         link = english.SEQUENCE.starting(tokens, at) or (tokens[at : at + 1] if tokens[at] == COMMA else ())
         if link:
-            clause = _prohibition(tokens[begin:at])
+            clause = _prohibition(tokens[begin:at], before)
             is_closed = clause[:1] == ("without",) != tokens[begin : begin + 1] or (is_closed and not clause)
             # What is left alone ends before `and`: no second thing is prohibited.
             found += clause + (link if not is_closed or link != ("and",) else (COMMA,) if clause else ())
-            begin = at + len(link)
+            begin, before = at + len(link), link
         at += len(link) or 1
-    return found + _prohibition(tokens[begin:])
+    return found + _prohibition(tokens[begin:], before)
 
 
-def _prohibition(clause: Words) -> Words:
-    for at in range(1, len(clause) if clause[:1] not in _SPEAKERS else 0):
+def _prohibition(clause: Words, link: Words) -> Words:
+    # `fetch it before wiping the table is forbidden` may forbid both
+    may_be_of_both = bool(link) and link[-1] not in (COMMA, "and", "but", "then")
+    for at in range(1, len(clause) if clause[:1] not in _SPEAKERS and not may_be_of_both else 0):
         if duty := english.NEGATIVE_DUTIES.starting(clause, at):
             return ("do", "not", *clause[:at], *clause[at + len(duty) :])
     if clause[:1] == ("no",) and clause[-2:-1] in (("is",), ("are",)) and clause[-1] in _WANTED:
@@ -264,3 +280,20 @@ def _prohibition(clause: Words) -> Words:
         # As after `without`, the prohibition ends here.
         return ("without", *rest[1 : -len(end)])
     return clause
+
+
+_REWRITES: Final[tuple[Callable[[Words], Words], ...]] = (
+    _with_plain_extents,
+    without_shares,
+    _with_plain_wish,
+    without_relatives,
+    _with_put,
+    _with_speaker,
+    _without_both,
+    _without_preparation,
+    _with_duty_of_each,
+    _without_all,
+    _with_perfect,
+    _with_prohibitions,
+)
+"""Rewrites of a sentence, in the order in which they are made."""

@@ -16,8 +16,7 @@ _MIN_WORDS: Final = 4
 _MAX_PARTS: Final = 5
 
 _GOES_ON: Final = (
-    english.POSITIONS
-    | english.DIRECTIONS
+    english.TO_PLACES
     | english.DETERMINERS
     | english.NEGATIVES
     | english.CHOICES
@@ -79,7 +78,7 @@ def _begins(words: Words, at: int, tasks: Sequence[TaskPhrases]) -> bool:
 
 def _is_request(words: Words, tasks: Sequence[TaskPhrases], *, is_first: bool) -> bool:
     found = [cover(entry, words, knows_pronoun=not is_first) for entry in tasks]
-    whole = [one for one in found if one.is_whole and not one.starts_with_object]
+    whole = [one for one in found if one.is_whole]
     return len(whole) == 1 and _begins(words, 0, tasks)
 
 

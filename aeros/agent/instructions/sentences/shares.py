@@ -23,7 +23,7 @@ _MAX_NOUN: Final = 3
 _DETERMINERS: Final = english.DETERMINERS | english.POSSESSIVES
 _NUMBERS: Final = {2: "two", 3: "three", 4: "four", 5: "five"}
 _RECEIVERS: Final = frozenset({"me", "us", "him", "her", "them"})
-_NO_RECEIVER: Final = english.BARRED | english.NEGATIVES | english.POSITIONS | english.DIRECTIONS | NO_NAMES
+_NO_RECEIVER: Final = english.BARRED | english.NEGATIVES | english.TO_PLACES | NO_NAMES
 
 
 class _Share(NamedTuple):

@@ -12,6 +12,9 @@ from aeros.agent.instructions.wordings.wording import WANT, Wording, without_eac
 _OF_STATES: Final = frozenset({"let", "make", "see"})
 """Last words of causatives that ask for a state only: `make the can move` and `see the can` do not."""
 
+_ENSURING: Final = frozenset({"certain", "ensure", "see", "sure", "that"})
+_WANTING: Final = frozenset({"have", "i", "we"})
+_PAST: Final = frozenset({"was", "were"})
 _NO_STATES: Final = frozenset({"that", "was", "which"})
 """Words with which a place is where a thing is already: `get the can that is on the left`."""
 
@@ -29,9 +32,19 @@ def causatives(wording: Wording) -> Iterator[Wording]:
     if not causative:
         return
     rest = wording.words[len(causative) :]
-    if rest[:1] and rest[0] in english.ADJECTIVES and rest[1:2] and rest[1] in english.DETERMINERS:
+    if causative[-1] in _ENSURING and not _PAST.isdisjoint(rest):
+        return  # `make sure the table was cleaned` may ask to check it
+    if (
+        causative[0] not in _WANTING
+        and rest[:1]
+        and rest[0] in english.ADJECTIVES
+        and rest[1:2]
+        and rest[1] in english.DETERMINERS
+    ):
         rest = (*rest[1:], rest[0])  # `make clean the table`
-    for linked in (rest, *without_each(rest, english.COPULAS)):
+    says_done = rest[-1:] == ("done",) and not english.BE.isdisjoint(rest)
+    is_statement = causative[-1] not in _ENSURING and says_done  # `make two teas is done`
+    for linked in () if is_statement else (rest, *without_each(rest, english.COPULAS)):
         if any(english.participle_bases(word) for word in linked):
             yield wording.with_object_first(linked, is_perfect=True)
         is_state = linked[-1:] and (linked[-1] in english.ADJECTIVES or "for" in linked)

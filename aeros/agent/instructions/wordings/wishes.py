@@ -26,5 +26,8 @@ def wishes(wording: Wording) -> Iterator[Wording]:
     if marker and (counted in english.INDEFINITE or english.number_of("".join(counted)) is not None):
         yield wording.with_words(WANT + words[len(marker) :])
     if end := english.WISH_ENDS.ending(words):
-        yield wording.with_words(WANT + words[: -len(end)])
-        yield wording.with_words(words[: -len(end)])
+        wanted = words[: -len(end)]
+        yield wording.with_object_first(WANT + wanted)
+        # `a wipe of the table would be nice`; `wipe the table is on the menu` asks for nothing
+        is_named = wanted[:1] and (wanted[0] in english.DETERMINERS or english.is_act_noun(wanted[0]))
+        yield wording.with_words(wanted) if is_named else wording.with_object_first(wanted)

@@ -19,7 +19,7 @@ def test_tasks_are_listed_with_goals_and_words(tmp_path: Path, capsys: pytest.Ca
     assert tasks(tmp_path) == 0
     text = capsys.readouterr().out
     assert "clean_table.clean_table\n" in text
-    assert "say      clean (up), " in text
+    assert "say      clean (up|out|), " in text
     assert tasks(tmp_path, "--format", "json") == 0
     (listed,) = json.loads(capsys.readouterr().out)["tasks"]
     assert listed["task"] == "clean_table.clean_table"
