@@ -5,13 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from aeros.spec.closed_loop.findings import BlockedStep, LoopPath
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
-from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
+from aeros.spec.closed_loop.transition_system import LoopState, Transition, TransitionSystem
 from aeros.spec.model.ecm import Ecm, Task, TaskInvariant
 from aeros.spec.model.site import Site
 
@@ -37,12 +37,15 @@ class ReachableStates:
             move between them.
         through: states on the way of a composition that is run in one try, with the node before and the label
             of the move.
+        ways: for each node the agent's choices there, each with the number of its moves of positive
+            probability, by case.
     """
 
     system: TransitionSystem
     graph: dict[LoopState, list[tuple[LoopState, str, str]]] = field(default_factory=dict)
     predecessors: dict[LoopState, tuple[LoopState, str]] = field(default_factory=dict)
     through: dict[State, tuple[LoopState, str]] = field(default_factory=dict)
+    ways: dict[LoopState, Mapping[str, Mapping[str, int]]] = field(default_factory=dict)
 
     def nodes_that_can_miss_goal(self) -> Iterator[LoopState]:
         """Find the nodes before a plan from which the agent's choices may keep it from the goal for ever.
@@ -62,12 +65,9 @@ class ReachableStates:
                 if before in hopeful:
                     continue
                 if before not in open_:
-                    moves = self.system.transitions(before)
-                    open_[before] = {move.choice for move in moves}
-                    for move in moves:
-                        if move.case and move.probability:
-                            key = (before, move.choice, move.case)
-                            left[key] = left.get(key, 0) + 1
+                    open_[before] = set(self.ways[before])
+                    for name, cases in self.ways[before].items():
+                        left |= {(before, name, each): count for each, count in cases.items()}
                 if case:
                     left[before, choice, case] -= 1
                     if left[before, choice, case]:
@@ -81,7 +81,7 @@ class ReachableStates:
     @property
     def has_choices(self) -> bool:
         """True if the agent chooses between skills somewhere."""
-        return any(len({move.choice for move in self.system.transitions(one)}) > 1 for one in self.graph)
+        return any(len(choices) > 1 for choices in self.ways.values())
 
     def blocked_step(self) -> BlockedStep | None:
         """Implement `LoopFindings.blocked_step`; the step is one of the nearest to a start."""
@@ -174,7 +174,9 @@ def explore_system(system: TransitionSystem) -> ReachableStates:
     reachable.graph.update((start, []) for start in pending)
     while pending:
         node = pending.popleft()
-        for move in system.transitions(node):
+        moves = system.transitions(node)
+        reachable.ways[node] = _ways(moves)
+        for move in moves:
             if move.target not in reachable.graph:
                 if len(reachable.graph) >= MAX_NODES:
                     raise UnlistedStatesError("it has too many states")
@@ -186,3 +188,13 @@ def explore_system(system: TransitionSystem) -> ReachableStates:
             if move.probability:
                 reachable.graph[move.target].append((node, move.choice, move.case))
     return reachable
+
+
+def _ways(moves: Iterable[Transition]) -> Mapping[str, Mapping[str, int]]:
+    """Count the moves of each choice by case, as `ReachableStates.ways` has them."""
+    ways: dict[str, dict[str, int]] = {}
+    for move in moves:
+        cases = ways.setdefault(move.choice, {})
+        if move.case and move.probability:
+            cases[move.case] = cases.get(move.case, 0) + 1
+    return ways
