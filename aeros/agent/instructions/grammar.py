@@ -192,10 +192,20 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     carried = carried_words(segments, is_order=_is_order(whole) or _is_wish(segments[0], is_polite=is_polite))
     ends = next((at for at, one in enumerate(segments) if at and _has_own_verb(one)), len(segments))
     spoken = (
-        replace(one, is_polite=is_polite, carried=carried if 0 < at <= ends else ())
+        replace(
+            one, is_polite=is_polite, carried=_carried_to(one, segments[0], carried) if 0 < at <= ends else ()
+        )
         for at, one in enumerate(segments)
     )
     return (*spoken, *reasons)
+
+
+def _carried_to(segment: Segment, first: Segment, carried: tuple[Words, ...]) -> tuple[Words, ...]:
+    """Return what goes on: not the wish of `I want the table cleaned, then the can`, which may be cleaned."""
+    start = segment.words[:1]
+    is_new = start in english.INDEFINITE or english.number_of("".join(start)) is not None
+    is_of_act = bool(first.words) and bool(english.participle_bases(first.words[-1]))
+    return tuple(one for one in carried if is_new or not is_of_act or one != ("i", "want"))
 
 
 def _is_wish(segment: Segment, *, is_polite: bool) -> bool:

@@ -88,9 +88,7 @@ def carried_words(segments: Sequence[Segment], *, is_order: bool = False) -> tup
     if has_duty or causative:
         carried += (("have",),)
     is_wish = words[:2] in _WANTS or bool(english.WISHES.starting(words)) or is_order
-    # `I want the table cleaned, then the can` may be about cleaning the can
-    is_of_act = bool(words) and bool(english.participle_bases(words[-1]))
-    if ((causative and causative[0] in ("i", "we")) or is_wish) and not is_of_act:
+    if (causative and causative[0] in ("i", "we")) or is_wish:
         carried += (("i", "want"),)
     return carried
 

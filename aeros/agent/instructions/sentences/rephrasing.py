@@ -149,16 +149,6 @@ def _with_number_before_noun(tokens: Words) -> Words:
 _REACHED: Final = (("there", "are"), *((one, have) for one in ("i", "we", "you") for have in ("have", "ve")))
 
 
-def _with_coloured_thing(tokens: Words) -> Words:
-    """Write `bring me something red` as `bring me the red thing`."""
-    for at in range(1, len(tokens) - 1):
-        colour, after = tokens[at + 1], tokens[at + 2 : at + 3]
-        ends = after in ((), (COMMA,), ("and",), ("then",), ("please",)) or after[0] in english.TO_PLACES
-        if tokens[at] == "something" and colour in english.COLOURS and ends:
-            return (*tokens[:at], "the", colour, "thing", *tokens[at + 2 :])
-    return tokens
-
-
 _WISHED: Final = frozenset({"want", "need", "like", "for"})
 
 
@@ -331,7 +321,6 @@ _REWRITES: Final[tuple[Callable[[Words], Words], ...]] = (
     _with_plain_wish,
     _with_preference,
     _with_number_before_noun,
-    _with_coloured_thing,
     without_relatives,
     _with_put,
     _with_speaker,
