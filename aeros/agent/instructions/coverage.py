@@ -37,8 +37,9 @@ class Coverage:
         says_here: True if the words end with `here`.
         says_to: True if `to` or the like is said.
         is_definite: True if there is an article.
-        has_extras: True if a declared phrase is said that asks for nothing more: `to the other stand`.
+        has_extras: True if a declared phrase says where to, and asks for nothing more: `to the other stand`.
         describes_place: True if a place may only say which object: `the can on the left`.
+        names_origin: True if a place is said where the task finds its object: `on the shelf`.
     """
 
     entry: TaskPhrases
@@ -55,6 +56,7 @@ class Coverage:
     is_order: bool = False
     says_here: bool = False
     has_extras: bool = False
+    names_origin: bool = False
 
     @property
     def routed(self) -> RoutedTask:
@@ -135,14 +137,24 @@ class Coverage:
         return is_put and self.values.is_specific and not (self.values.names_place or self.has_extras)
 
     @property
+    def has_vague_place(self) -> bool:
+        """True if a place may say which thing, or where to: `put the can on the shelf`."""
+        may_be_target = self.names_origin and not self.values.names_place
+        return may_be_target if self.puts else self.describes_place
+
+    @property
     def is_whole(self) -> bool:
         """True if the words ask for the task, name an object if it needs one, and leave nothing over."""
         names_object = bool(self.objects) or not self.entry.objects
         leaves_nothing = not (self.unknown or self.counts or self.repetitions or self.values.fault)
-        may_describe = self.describes_place and not self.puts
         # `i want bring the can`
         is_other_act = self.triggers[:1] and self.triggers[0][0] in SPEAKERS and self._names_move
-        return bool(self.triggers) and names_object and leaves_nothing and not (may_describe or is_other_act)
+        return (
+            bool(self.triggers)
+            and names_object
+            and leaves_nothing
+            and not (self.has_vague_place or is_other_act)
+        )
 
     @property
     def _names_move(self) -> bool:

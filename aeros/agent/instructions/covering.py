@@ -89,6 +89,7 @@ class _CoveredWords:
         self._names_all = False
         self._has_extras = False
         self._describes_place = False
+        self._names_origin = False
         self._last: object = None
 
     def result(self) -> Coverage:
@@ -112,6 +113,7 @@ class _CoveredWords:
             self._is_order,
             self._words[-1:] == ("here",),
             self._has_extras,
+            self._names_origin,
         )
 
     def _add_object(self, words: Words) -> None:
@@ -160,8 +162,11 @@ class _Cover(_CoveredWords):
         is_preposition = length == 1 and found is self._entry.extras and words[at] in english.TO_PLACES
         if is_preposition and not _leads(self._entry, words, at):
             found, length = (), 0
+        is_body = value is not None and value.words[-1] in english.BODY and words[at - 1 : at] in _OWN
         if value is not None and words[at] in _SIDES and _is_no_side(words, at, value, self._triggers):
             return 0
+        if is_body:
+            return 0  # `in your left hand`
         if value is not None:
             self._stated.add(value)
             length = len(value.words)
@@ -187,7 +192,8 @@ class _Cover(_CoveredWords):
             return 0
         elif length:
             self._last = self._entry.extras
-            self._has_extras = True
+            self._has_extras = self._has_extras or spoken[0] in _STARTS_PLACE
+            self._names_origin = self._names_origin or _is_origin(self._entry, spoken)
         return length
 
     def _wants_to_act(self, at: int) -> bool:
@@ -433,6 +439,22 @@ def _after(words: Words, at: int, skipped: Collection[str]) -> int:
     while at < len(words) and words[at] in skipped:
         at += 1
     return at
+
+
+def _is_origin(entry: TaskPhrases, extra: Words) -> bool:
+    """Return True for `on the shelf` if the task knows `from the shelf`: it is where the thing is."""
+    place = _without_articles(extra)
+    origins = [_without_articles(one[1:]) for one in entry.extras if one[:1] == ("from",)]
+    return place[:1] in _AT and (place in origins or place[1:] in origins)
+
+
+def _without_articles(words: Words) -> Words:
+    return tuple(word for word in words if word not in _ARTICLES)
+
+
+_AT: Final = (("at",), ("atop",), ("in",), ("on",))
+_OWN: Final = (("my",), ("your",))
+_STARTS_PLACE: Final = english.TO_PLACES | {"across", "back", "here", "over", "the", "there", "where"}
 
 
 def _says_which_one(entry: TaskPhrases, value: ValuePhrase) -> bool:

@@ -128,6 +128,7 @@ def _turned(before: Sentence, sentence: Sentence) -> Sentence:
 
 def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sentence:
     _require_no_hedge(tokens, is_question=is_question)
+    _require_own_courtesy(tokens)
     link = english.SENTENCE_OPENERS.starting(tokens)
     link = () if len(english.LEADING.starting(tokens)) > len(link) else link
     # `once you have done the teas, …`
@@ -188,11 +189,38 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     )
     is_cued = is_cued or (_is_order(tokens) and _THANKS.isdisjoint(whole))  # `one tea for me and one for Ben`
     is_polite = any(word in _POLITE for word in whole) or _is_order(whole) or is_cued
-    carried = carried_words(segments)
+    carried = carried_words(segments, is_order=_is_order(whole) or _is_wish(segments[0], is_polite=is_polite))
+    ends = next((at for at, one in enumerate(segments) if at and _has_own_verb(one)), len(segments))
     spoken = (
-        replace(one, is_polite=is_polite, carried=carried if at else ()) for at, one in enumerate(segments)
+        replace(
+            one, is_polite=is_polite, carried=_carried_to(one, segments[0], carried) if 0 < at <= ends else ()
+        )
+        for at, one in enumerate(segments)
     )
     return (*spoken, *reasons)
+
+
+def _carried_to(segment: Segment, first: Segment, carried: tuple[Words, ...]) -> tuple[Words, ...]:
+    """Return what goes on: not the wish of `I want the table cleaned, then the can`, which may be cleaned."""
+    start = segment.words[:1]
+    is_new = start in english.INDEFINITE or english.number_of("".join(start)) is not None
+    is_of_act = bool(first.words) and bool(english.participle_bases(first.words[-1]))
+    return tuple(one for one in carried if is_new or not is_of_act or one != ("i", "want"))
+
+
+def _is_wish(segment: Segment, *, is_polite: bool) -> bool:
+    """Return True for `a tea` of `a tea and the can, please`."""
+    return is_polite and segment.words[:1] in english.INDEFINITE
+
+
+def _has_own_verb(segment: Segment) -> bool:
+    """Return True for `clean the table`, after which no words of an earlier request go on."""
+    first = segment.words[0] if segment.mood is Mood.REQUEST and segment.words else "the"
+    is_thing = first in _STARTS_THING or english.number_of(first) is not None
+    return not (is_thing or english.is_plural(first))
+
+
+_STARTS_THING: Final = english.DETERMINERS | english.POSSESSIVES | english.SUBJECTS | english.PRONOUNS
 
 
 def _without_remarks(tokens: Words) -> tuple[Words, list[Segment]]:
@@ -252,9 +280,24 @@ def _ends_statement(tokens: Words, at: int) -> bool:
     so = tokens[at] == "so"
     opener = english.OPENERS.starting(tokens, at + so)
     is_asked = bool(_POLITE.intersection(opener)) or opener[:2] in _ASKED or (so and len(opener) > 1)
-    return at > 1 and is_asked and is_statement(tokens[:at])
+    # `the table is dirty so clean it`; `the table is so clean …` says how much
+    is_told = so and tokens[at - 1] not in _BEFORE_DEGREES and not tokens[at - 1].endswith("ly")
+    is_told = is_told and tokens[at + 1 : at + 2] != (COMMA,) and _starts_object(tokens, at + 2)
+    is_told = is_told and english.SUBJECTS.isdisjoint(tokens[at + 1 : at + 2])
+    return at > 1 and (is_asked or is_told) and is_statement(tokens[:at])
 
 
+def _starts_object(tokens: Words, at: int) -> bool:
+    """Return True at the object of a verb: `the table`, `two teas`, `it`, or `up the table`."""
+    at += tokens[at : at + 1] != () and tokens[at] in english.PARTICLES
+    words = tokens[at : at + 1]
+    is_named = not (english.DETERMINERS | english.POSSESSIVES | english.PRONOUNS).isdisjoint(words)
+    return is_named or any(english.number_of(word) is not None for word in words)
+
+
+_BEFORE_DEGREES: Final = (
+    english.FINITE | english.MODALS | english.DEGREES | {"always", "never", "not", "often"}
+)
 _ASKED: Final = (("can", "you"), ("could", "you"), ("would", "you"), ("will", "you"))
 
 
@@ -267,6 +310,24 @@ def _without_greeting(tokens: Words) -> Words:
     if rest[:1] in _TIMES and (rest in english.CLOSERS or rest in english.DEADLINES):
         return tokens[end + 1 :]
     return tokens[end + 1 :] if end and not rest and not english.SENTENCE_TURNS.starting(tokens) else tokens
+
+
+def _require_own_courtesy(tokens: Words) -> None:
+    """Require that `if it is no trouble` is courtesy to the robot, and no condition of what suits others.
+
+    Raises:
+        InstructionError: it is of others, as `if it is no trouble for the guests`.
+    """
+    for at in (at for at, token in enumerate(tokens) if token in _SUPPOSING):
+        found = max(english.OPENERS.starting(tokens, at), english.CLOSERS.starting(tokens, at), key=len)
+        rest = tokens[at + len(found) :]
+        if found and "you" not in found and rest[:1] == ("for",) and rest[1:2] not in _SPEAKERS:
+            condition = " ".join(tokens[at : rest.index(COMMA) + at + len(found) if COMMA in rest else None])
+            raise InstructionError(f"the condition {quoted(condition)} is not understood")
+
+
+_SUPPOSING: Final = frozenset({"if", "when", "whenever"})
+_SPEAKERS: Final = (("me",), ("us",), ("you",))
 
 
 def _require_no_hedge(tokens: Words, *, is_question: bool) -> None:
@@ -320,7 +381,7 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool, has_reas
         InstructionError: it is one.
     """
     asked = strip_openers(tokens)
-    is_definite = any(word in _DEFINITE or _is_several(word) for word in asked)
+    is_definite = any(word in _DEFINITE for word in asked) or any(map(_says_number, asked[:-1], asked[1:]))
     opener = english.OPENERS.starting(whole)
     asks_ability = opener in english.ABILITY and tokens == whole and not is_definite and not has_reason
     # `the block, could you fetch it?`
@@ -343,8 +404,10 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool, has_reas
 _ADDRESSED: Final = (("you",), ("i",), ("we",), ("they",), ("he",), ("she",), ("it",))
 
 
-def _is_several(word: str) -> bool:
-    return (english.number_of(word) or 0) > 1
+def _says_number(word: str, following: str) -> bool:
+    """Return True for `two teas` and `one tea`; `one` alone may be any."""
+    number = english.number_of(word) or 0
+    return number > 1 or (word == "one" and following != COMMA)
 
 
 _DEFINITE: Final = frozenset(

@@ -120,6 +120,8 @@ def not_covered(segment: Segment, coverages: Sequence[Coverage]) -> InstructionE
         )
     if not best.triggers:
         return InstructionError(f"{text} does not say what `{routed}` is to do; {_known_phrases(best)}")
+    if best.has_vague_place:
+        return InstructionError(f"the place in {text} may say which one, or where to")
     return InstructionError(f"{text} does not say with what to do `{routed}`; {_known_phrases(best)}")
 
 

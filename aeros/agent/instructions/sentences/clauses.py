@@ -71,11 +71,12 @@ def segments_of(tokens: Words) -> Iterator[Segment]:
 _ORDINALS: Final = (("second",), ("third",), ("last",), ("next",), ("afterwards",))
 
 
-def carried_words(segments: Sequence[Segment]) -> tuple[Words, ...]:
+def carried_words(segments: Sequence[Segment], *, is_order: bool = False) -> tuple[Words, ...]:
     """Find the words of the first request that later ones of its sentence may go on with.
 
     Args:
         segments: segments of a sentence.
+        is_order: True if the first request is a thing or a number of things without a verb.
 
     Returns:
         `have` after `have the table cleaned and …`, `i want` after a wish, which may be a causative, too.
@@ -86,7 +87,8 @@ def carried_words(segments: Sequence[Segment]) -> tuple[Words, ...]:
     causative = english.CAUSATIVES.starting(words)
     if has_duty or causative:
         carried += (("have",),)
-    if (causative and causative[0] in ("i", "we")) or words[:2] in _WANTS or english.WISHES.starting(words):
+    is_wish = words[:2] in _WANTS or bool(english.WISHES.starting(words)) or is_order
+    if (causative and causative[0] in ("i", "we")) or is_wish:
         carried += (("i", "want"),)
     return carried
 

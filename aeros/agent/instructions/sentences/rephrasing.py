@@ -116,6 +116,39 @@ def _with_plain_wish(tokens: Words) -> Words:
     return ("i", "want", *tokens[2 : len(tokens) - len(wish)])
 
 
+def _with_preference(tokens: Words) -> Words:
+    """Write `I would rather have the can than the cup` as `I want the can rather than the cup`."""
+    for at in range(len(tokens) - 4):
+        if tokens[at] in ("i", "we") and tokens[at + 1 : at + 4] in _RATHER:
+            rest = tuple(token for word in tokens[at + 4 :] for token in _THAN.get(word, (word,)))
+            return (*tokens[: at + 1], "want", *rest)
+    return tokens
+
+
+_RATHER: Final = tuple(
+    (would, "rather", have) for would in ("would", "d") for have in ("have", "get", "take")
+)
+_THAN: Final = {"than": ("rather", "than")}
+
+
+def _with_number_before_noun(tokens: Words) -> Words:
+    """Write `make teas until there are two` as `make two teas`: a request ends when its goal is reached."""
+    for at in range(2, len(tokens) - 3):
+        if tokens[at] != "until" or not english.is_plural(tokens[at - 1]):
+            continue
+        begin = at + (4 if tokens[at + 2 : at + 4] == ("have", "got") else 3)
+        end = begin + (3 if tokens[begin + 1 : begin + 3] == ("of", "them") else 1)
+        number = tokens[begin : begin + 1]
+        is_reached = tokens[at + 1 : at + 3] in _REACHED and tokens[end : end + 1] in ((), (COMMA,))
+        has_number = any(english.number_of(word) is not None for word in tokens[:at])
+        if is_reached and not has_number and english.number_of("".join(number)) is not None:
+            return (*tokens[: at - 1], *number, tokens[at - 1], *tokens[end:])
+    return tokens
+
+
+_REACHED: Final = (("there", "are"), *((one, have) for one in ("i", "we", "you") for have in ("have", "ve")))
+
+
 _WISHED: Final = frozenset({"want", "need", "like", "for"})
 
 
@@ -286,6 +319,8 @@ _REWRITES: Final[tuple[Callable[[Words], Words], ...]] = (
     _with_plain_extents,
     without_shares,
     _with_plain_wish,
+    _with_preference,
+    _with_number_before_noun,
     without_relatives,
     _with_put,
     _with_speaker,

@@ -47,6 +47,13 @@ from aeros.agent.instructions.sentences.rephrasing import rephrased, with_subjec
         ("once you have finished the teas , wipe", "once you have done the teas , wipe"),
         ("when you have finished the teas , wipe", "when you have finished the teas , wipe"),
         ("you know the table , clean it", "you know the table , clean it"),
+        ("we would rather have a tea than the can", "we want a tea rather than the can"),
+        ("they would rather have a tea than the can", "they would rather have a tea than the can"),
+        ("make teas until there are two", "make two teas"),
+        ("make teas until you have got two of them , then it", "make two teas , then it"),
+        ("make teas until you have two guests", "make teas until you have two guests"),
+        ("make two teas until you have one", "make two teas until you have one"),
+        ("wipe it until you have two", "wipe it until you have two"),
     ],
 )
 def test_a_sentence_is_written_in_the_words_of_the_grammar(words: str, plain: str) -> None:
