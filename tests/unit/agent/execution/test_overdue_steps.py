@@ -35,6 +35,14 @@ def test_it_is_recorded_once_and_the_step_goes_on() -> None:
     assert end.status == StepStatus.FINISHED.value
 
 
+def test_a_wait_that_ends_a_little_early_is_no_endless_one() -> None:
+    kitchen = Kitchen()
+    kitchen.memory.usual = SHORT
+    kitchen.runtime.early = 0.004
+    kitchen.attempt("prepare")
+    assert kitchen.memory.events.count("step-overdue") == 1
+
+
 @pytest.mark.parametrize(
     "usual",
     [
