@@ -354,10 +354,11 @@ class PartStops:
         waiting = self._attempts.waiting
         while True:
             timed, was_cancelled = list(scope.running_deadlines()), waiting.was_cancelled
-            ended = self._attempts.wait(min([until, *(one.deadline for one in timed)]))
+            earliest = min([until, *(one.deadline for one in timed)])
+            ended = self._attempts.wait(earliest)
             if ended is not None or waiting.was_cancelled is not was_cancelled:
                 return ended
-            now = self._attempts.waiting.now
+            now = max(earliest, waiting.now)  # a simulator waits no longer than to the last tick before
             if now >= until or not timed:
                 return None
             for one in timed:

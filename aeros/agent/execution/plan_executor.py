@@ -124,12 +124,8 @@ class PlanExecutor:
             while (ended := self._stops.wait(scope, until)) is None:
                 is_cancelled = self._attempts.waiting.was_cancelled
                 until, self.timed_out = inf, not is_cancelled
-                over = (
-                    "the client cancelled the task"
-                    if is_cancelled
-                    else "the time limit of the task has passed"
-                )
-                self._stops.cancel(scope, over)
+                limit = "the time limit of the task has passed"
+                self._stops.cancel(scope, "the client cancelled the task" if is_cancelled else limit)
 
     # Parts.
 

@@ -159,17 +159,13 @@ class BusFeed:
         while (item := self._queue.get()) is not None:
             if isinstance(item, CameraPicture):
                 self._picture_room.release()
-            for publisher in self._publishers:
-                _publish(publisher, item)
-
-
-def _publish(publisher: MessagePublisher | ViewPublisher, item: bytes | _State | CameraPicture) -> None:
-    if isinstance(item, bytes):
-        publisher.publish_record(item)
-    elif isinstance(item, CameraPicture):
-        publisher.publish_picture(item)
-    else:
-        readings = item.readings()
-        publisher.publish_state(readings, item.chain)
-        if isinstance(publisher, ViewPublisher):
-            publisher.publish_people(readings, item.people)
+                for publisher in self._publishers:
+                    publisher.publish_picture(item)
+            elif isinstance(item, bytes):
+                for publisher in self._publishers:
+                    publisher.publish_record(item)
+            else:
+                readings = item.readings()
+                for publisher in self._publishers:
+                    publisher.publish_state(readings, item.chain)
+                self._publishers[1].publish_people(readings, item.people)

@@ -7,6 +7,7 @@ Messages are immutable, so that no subscriber changes what another receives.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import nan
 from typing import Annotated, ClassVar, Final
 
@@ -41,6 +42,7 @@ class Time(Message, frozen=True):
     nanosec: Nanoseconds = 0
 
 
+@lru_cache(maxsize=16)  # the measurements of a tick have one time
 def stamp(seconds: float) -> Time:
     """Convert a time to the nearest stamp, exactly: a product of doubles would be off by up to 128 ns.
 

@@ -8,19 +8,24 @@ from __future__ import annotations
 
 import ctypes
 import os
+from contextlib import suppress
 
-_stdout, _stderr, _nowhere = os.dup(1), os.dup(2), os.open(os.devnull, os.O_WRONLY)
+_saved: dict[int, int] = {}
+for _stream in (1, 2):
+    with suppress(OSError):  # it is closed, and stays so
+        _saved[_stream] = os.dup(_stream)
+_nowhere = os.open(os.devnull, os.O_WRONLY)
 try:
-    os.dup2(_nowhere, 1)
-    os.dup2(_nowhere, 2)
+    for _stream in _saved:
+        os.dup2(_nowhere, _stream)
     import pybullet as bullet
     import pybullet_data
 
     ctypes.CDLL(None).fflush(None)
 finally:
-    os.dup2(_stdout, 1)
-    os.dup2(_stderr, 2)
-    for _opened in (_stdout, _stderr, _nowhere):
+    for _stream, _copy in _saved.items():
+        os.dup2(_copy, _stream)
+    for _opened in (*_saved.values(), _nowhere):
         os.close(_opened)
 
 DATA: str = pybullet_data.getDataPath()

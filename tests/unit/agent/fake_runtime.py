@@ -59,6 +59,8 @@ class FakeRuntime:
         self.notes: list[tuple[str, dict[str, Any]]] = []
         self.reported: list[AuditEvent] = []
         self.clock = 100.0
+        self.early = 0.0
+        """Time before its end at which a wait returns, as one of a simulator may by less than a tick, s."""
         self.certificates: dict[str, Certificate] = {}
         self.attended: list[frozenset[str] | None] = []
         self.parameters: list[dict[str, Any]] = []
@@ -110,7 +112,7 @@ class FakeRuntime:
             if self.under_way.pop(handle, None) is not None:
                 return EndedStep(handle, StepResult(StepStatus.CANCELLED, self.cancelled[handle]))
         if not self.under_way or self.clock + 1.0 > until:
-            self.clock = max(self.clock, until)
+            self.clock = max(self.clock, until - self.early)
             return None
         handle = min(self.under_way, key=lambda one: self.last.count(self.under_way[one].skill))
         return EndedStep(handle, self.submit(self.under_way.pop(handle)))

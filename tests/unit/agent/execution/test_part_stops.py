@@ -179,13 +179,15 @@ class Slow(FakeRuntime):
                 return super().wait(until)
             ends = self.begun.setdefault(handle, self.clock) + self.seconds[request.skill]
             if ends > until:
-                self.clock = until
+                assert self.clock < until - self.early, "it would wait for ever"
+                self.clock = until - self.early
                 return None
             self.clock = ends - 1.0  # `submit` adds a second
             return EndedStep(handle, self.submit(self.under_way.pop(handle)))
         return super().wait(until)
 
 
+@pytest.mark.parametrize("early", [0.0, 0.004])
 @pytest.mark.parametrize(
     ("limit", "started"),
     [
@@ -195,8 +197,9 @@ class Slow(FakeRuntime):
         (3, ["dough", "align"]),
     ],
 )
-def test_a_part_is_stopped_when_its_time_has_passed(limit: float, started: list[str]) -> None:
+def test_a_part_is_stopped_when_its_time_has_passed(limit: float, started: list[str], early: float) -> None:
     bench = Bench(Slow(dough=4.0, water=3.0, align=1.0))
+    bench.runtime.early = early
     assert bench.run(either(within(Seq((step("dough"), step("water"))), limit), step("align"))) is None
     assert bench.started == started
 

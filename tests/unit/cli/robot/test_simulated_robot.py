@@ -84,7 +84,7 @@ def test_an_arm_without_room_is_refused(monkeypatch: pytest.MonkeyPatch) -> None
         simulated_robot("kinematic", _configuration(SITES / "iiwa_cell.yaml"))
 
 
-def test_a_robot_that_cannot_be_read_is_told_with_its_line(
+def test_a_robot_that_cannot_be_read_is_refused_with_its_line(
     changed_site: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     changed_site.with_name("kuka_iiwa14.yaml").write_text("schema: aeros/robot/1\n")
