@@ -124,7 +124,11 @@ class PlanExecutor:
             while (ended := self._stops.wait(scope, until)) is None:
                 is_cancelled = self._attempts.waiting.was_cancelled
                 until, self.timed_out = inf, not is_cancelled
-                over = "the client cancelled the task" if is_cancelled else "the time limit of the task has passed"
+                over = (
+                    "the client cancelled the task"
+                    if is_cancelled
+                    else "the time limit of the task has passed"
+                )
                 self._stops.cancel(scope, over)
 
     # Parts.
