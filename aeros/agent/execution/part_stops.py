@@ -354,10 +354,12 @@ class PartStops:
         waiting = self._attempts.waiting
         while True:
             timed, was_cancelled = list(scope.running_deadlines()), waiting.was_cancelled
-            ended = self._attempts.wait(min([until, *(one.deadline for one in timed)]))
+            due = min([until, *(one.deadline for one in timed)])
+            ended = self._attempts.wait(due)
             if ended is not None or waiting.was_cancelled is not was_cancelled:
                 return ended
-            now = self._attempts.waiting.now
+            # A plant with a fixed step may end a wait up to a step early.
+            now = max(due, waiting.now)
             if now >= until or not timed:
                 return None
             for one in timed:

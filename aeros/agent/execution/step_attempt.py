@@ -133,7 +133,8 @@ class StepRunner:
             ended = self.waiting.until(due)
             if ended is not None or self.waiting.was_cancelled is not was_cancelled:
                 return ended
-            self._overdue.record(self._runtime.now())
+            # A plant with a fixed step may end a wait up to a step early.
+            self._overdue.record(max(due, self._runtime.now()))
         return self.waiting.until(until)
 
     def idle_until(self, until: float) -> None:

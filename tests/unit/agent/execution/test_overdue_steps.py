@@ -9,7 +9,7 @@ import pytest
 from aeros.agent.execution.attempt import RunningAttempt
 from aeros.agent.execution.report import StepRole
 from aeros.agent.memory.evidence import DurationStats
-from aeros.runtime.ports import StepStatus
+from aeros.runtime.ports import EndedStep, StepStatus
 from tests.unit.agent.kitchen import Kitchen
 
 # In this kitchen a step takes one second.
@@ -69,3 +69,20 @@ def test_a_wait_that_is_cancelled_tells_nothing_more() -> None:
     kitchen.runner.waiting.is_cancelled = lambda: True
     assert kitchen.runner.wait(inf) is None
     assert "step-overdue" not in kitchen.runtime.kinds()
+
+
+def test_a_wait_that_ends_a_tick_early_is_not_repeated() -> None:
+    kitchen = Kitchen()
+    kitchen.memory.usual = SHORT
+    wait, waits = kitchen.runtime.wait, []
+
+    def wait_in_ticks(until: float = inf) -> EndedStep | None:
+        waits.append(until)
+        assert len(waits) < 10
+        ended = wait(until)
+        kitchen.runtime.clock -= 0.002 if ended is None else 0.0
+        return ended
+
+    kitchen.runtime.wait = wait_in_ticks  # type: ignore[method-assign]
+    kitchen.attempt("prepare")
+    assert kitchen.memory.events.count("step-overdue") == 1
