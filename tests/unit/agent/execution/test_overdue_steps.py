@@ -26,11 +26,11 @@ def _attempt(*usual: DurationStats) -> Kitchen:
 def test_it_is_recorded_once_and_the_step_goes_on() -> None:
     kitchen = _attempt(SHORT)
     assert kitchen.memory.events.count("step-overdue") == 1
-    told = kitchen.note("step-overdue")
-    assert told["skill"] == "dumpling.prepare"
-    assert told["seconds"] == pytest.approx(0.3)
-    assert told["usual_seconds"] == 0.2
-    assert told["timeout_seconds"] > 1.0
+    notes = kitchen.note("step-overdue")
+    assert notes["skill"] == "dumpling.prepare"
+    assert notes["seconds"] == pytest.approx(0.3)
+    assert notes["usual_seconds"] == 0.2
+    assert notes["timeout_seconds"] > 1.0
     (end,) = [end for _, end in kitchen.memory.ends]
     assert end.status == StepStatus.FINISHED.value
 
@@ -57,8 +57,8 @@ def test_each_of_two_steps_is_recorded() -> None:
         assert ended is not None
         (one,) = [one for one in started if isinstance(one, RunningAttempt) and one.handle == ended.step]
         kitchen.runner.finish(one.pending, ended.result)
-    told = [details["skill"] for kind, details in kitchen.runtime.notes if kind == "step-overdue"]
-    assert sorted(told) == ["dumpling.prepare", "dumpling.recover"]
+    notes = [details["skill"] for kind, details in kitchen.runtime.notes if kind == "step-overdue"]
+    assert sorted(notes) == ["dumpling.prepare", "dumpling.recover"]
 
 
 def test_a_wait_that_is_cancelled_tells_nothing_more() -> None:
