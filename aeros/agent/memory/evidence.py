@@ -42,6 +42,9 @@ _AGREES: Final = """CASE WHEN {asked} = context THEN 1
 _MOST_HINDRANCES: Final = 3
 """Number of hindrances of a skill that are read."""
 
+MAX_HINDERED_STEPS: Final = 1000
+"""Number of the latest steps whose hindrances planners get, so that a long memory makes no plan slow."""
+
 
 class Hindrance(NamedTuple):
     """A rule, reading or condition that denied, stopped or prevented a skill.
@@ -124,18 +127,22 @@ def read_hindrances(database: sqlite3.Connection, plant: str | None = None) -> d
 
     Args:
         database: connection to the memory.
-        plant: plant of the sessions to count; None for all.
+        plant: plant whose latest steps are counted; None for all steps on all plants.
 
     Returns:
         For each skill, as MODULE.SKILL, its most frequent hindrances first.
     """
-    sql = """SELECT module || '.' || skill AS name, json_extract(cause.value, '$.kind') AS kind,
+    sql = """WITH latest AS (SELECT episodes.id, module || '.' || skill AS name, causes
+                 FROM episodes JOIN sessions ON sessions.id = session
+                 WHERE :plant IS NULL OR plant = :plant ORDER BY episodes.id DESC LIMIT :most)
+             SELECT name, json_extract(cause.value, '$.kind') AS kind,
                     json_extract(cause.value, '$.rule') AS rule, count(*) AS times
-             FROM episodes JOIN sessions ON sessions.id = session, json_each(coalesce(causes, '[]')) AS cause
-             WHERE kind NOT IN ('outcome', 'undeclared-outcome') AND (:plant IS NULL OR plant = :plant)
-             GROUP BY name, kind, rule ORDER BY name, times DESC, max(episodes.id) DESC"""
+             FROM latest, json_each(coalesce(causes, '[]')) AS cause
+             WHERE kind NOT IN ('outcome', 'undeclared-outcome', 'unknown-outcome')
+             GROUP BY name, kind, rule ORDER BY name, times DESC, max(latest.id) DESC"""
+    most = -1 if plant is None else MAX_HINDERED_STEPS
     found: dict[str, list[Hindrance]] = {}
-    for name, *hindrance in database.execute(sql, {"plant": plant}):
+    for name, *hindrance in database.execute(sql, {"plant": plant, "most": most}):
         if len(found.setdefault(name, [])) < _MOST_HINDRANCES:
             found[name].append(Hindrance(*hindrance))
     return found

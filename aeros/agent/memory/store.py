@@ -295,7 +295,7 @@ class Memory:
         return {one.variable: one for one in found}
 
     def hindrances(self) -> Mapping[str, Sequence[Hindrance]]:
-        """Count what denied, stopped or prevented each skill on this plant, in any session.
+        """Count what denied, stopped or prevented each skill in the latest 1,000 steps on this plant.
 
         Returns:
             For each skill, as MODULE.SKILL, its most frequent hindrances first.

@@ -61,8 +61,8 @@ class WorldModel:
             planners, read by no condition.
         things: what is known of each thing that a module declares, as JSON, by its name; for planners, read
             by no condition.
-        hindrances: what denied, stopped or prevented each skill in any session, as JSON, by MODULE.SKILL; for
-            planners, read by no condition.
+        hindrances: what denied, stopped or prevented each skill in the latest steps, as JSON, by
+            MODULE.SKILL; for planners, read by no condition.
     """
 
     time: float

@@ -204,6 +204,23 @@ def test_a_part_is_stopped_when_its_time_has_passed(limit: float, started: list[
     assert bench.started == started
 
 
+def test_a_part_is_stopped_in_time_where_waits_end_a_tick_early(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(Slow(dough=4.0, align=1.0))
+    wait, early = bench.runtime.wait, []
+
+    def wait_in_ticks(until: float = inf) -> EndedStep | None:
+        ended = wait(until)
+        if ended is None:
+            early.append(until)
+            assert len(early) < 10
+            bench.runtime.clock -= 0.002
+        return ended
+
+    monkeypatch.setattr(bench.runtime, "wait", wait_in_ticks)
+    assert bench.run(either(within(step("dough"), 2), step("align"))) is None
+    assert bench.started == ["dough", "align"]
+
+
 def test_the_innermost_time_that_passes_first_stops_its_part_alone() -> None:
     bench = Bench(Slow(dough=4.0, water=3.0, align=1.0))
     inner = either(within(step("dough"), 2), step("water"))

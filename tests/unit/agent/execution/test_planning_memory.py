@@ -11,6 +11,7 @@ from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.planning_memory import PlanningMemory
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.identity import Identity
+from aeros.agent.memory import evidence
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, open_memory
 from aeros.runtime.ports import Obstacle
 from tests.unit.agent.dumplings import DUMPLING, term
@@ -53,6 +54,20 @@ def test_a_planner_gets_what_hindered_a_skill_in_earlier_sessions_on_the_same_pl
         runner = StepRunner(runtime, memory, Journal(runtime, memory, None), "dumpling.make_dumplings")
         world = runner.planning_world()
     assert world.hindrances == {"dumpling.boil": [{"kind": "gate", "name": "unknown-object-1", "times": 2}]}
+
+
+def test_a_planner_gets_the_hindrances_of_the_latest_steps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(evidence, "MAX_HINDERED_STEPS", 2)
+    start = EpisodeStart("t.t", "dumpling", "boil", "step", {}, 0.0, {}, "{}", DUMPLING.code_digest)
+    with open_memory(tmp_path / "m.sqlite3", Identity(uuid4(), "chef", "", 1)) as memory:
+        for rule in ("separation", "separation", "tool-speed"):
+            causes = [{"kind": kind, "rule": rule} for kind in ("rule", "unknown-outcome")]
+            ending = EpisodeEnd("denied", None, True, "", 7.0, {}, counts_toward_record=True, causes=causes)
+            memory.end_episode(memory.start_episode(start), ending)
+        found = memory.hindrances()
+    assert found == {"dumpling.boil": [("rule", "tool-speed", 1), ("rule", "separation", 1)]}
 
 
 def test_a_module_that_is_not_active_is_not_recalled(tmp_path: Path) -> None:
