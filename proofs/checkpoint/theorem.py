@@ -8,8 +8,8 @@ from types import SimpleNamespace
 from typing import Any, Final
 
 from aeros.agent.execution.after_failure import FailureRules
+from aeros.agent.execution.attempt_journal import OverdueSteps
 from aeros.agent.execution.cancellable_wait import CancellableWait
-from aeros.agent.execution.overdue_steps import OverdueSteps
 from aeros.agent.execution.provider_choice import ProviderChoice
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.runtime.ports import AuditEvent, EndedStep, LogHead, StepRequest, StepResult, StepStatus

@@ -1,19 +1,22 @@
-"""Journal entries about attempts: their choice of a skill, their start, their end, and broken assumptions."""
+"""Journal entries about attempts: choice of a skill, start, unusual length, end, and broken assumptions."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from math import inf
 from typing import Any
 
+from aeros.agent.execution.attempt import PendingAttempt
+from aeros.agent.execution.cancellable_wait import CancellableWait
 from aeros.agent.execution.dispatcher import ChosenComposition, Dispatch
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.provider_choice import ProviderOption
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.supervisor import StepAssessment
 from aeros.agent.world.world import WorldModel
-from aeros.runtime.ports import Runtime, StepResult, StepStatus
+from aeros.runtime.ports import EndedStep, Runtime, StepResult, StepStatus
 from aeros.spec.model.cause import Cause, causes_to_json
 from aeros.spec.model.ecm import owner_of
 from aeros.spec.verification.outcome_dependencies import obligations_assuming_outcomes
@@ -215,3 +218,88 @@ def _option_to_json(option: ProviderOption) -> dict[str, Any]:
         "drawn": option.sampled_success,
         "why_not": option.unavailable_reason,
     }
+
+
+@dataclass(frozen=True, slots=True)
+class _Watched:
+    """A running step, and when it is overdue.
+
+    Attributes:
+        pending: the attempt.
+        due: plant time from which it is overdue, s.
+    """
+
+    pending: PendingAttempt
+    due: float
+
+
+class OverdueSteps:
+    """Running steps that take much longer than most successes of their skills did, each recorded once.
+
+    Memory shortens no time-out: the proof of a task assumes the declared one, and a step that is cut short
+    may leave a state that no outcome declares. So a person or a program that watches is told, and decides.
+
+    Args:
+        journal: takes an entry `step-overdue` for each that becomes overdue.
+    """
+
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+        self._watched: dict[int, _Watched] = {}
+
+    def begin(self, pending: PendingAttempt) -> None:
+        """Watch a step that has started; without enough successes before, it is never overdue.
+
+        Args:
+            pending: the attempt.
+        """
+        usual = pending.dispatch.typical_duration
+        longest = None if usual is None else usual.longest_usual
+        if longest is not None:
+            due = pending.episode_start.started + longest
+            self._watched[pending.episode_id] = _Watched(pending, due)
+
+    def end(self, pending: PendingAttempt) -> None:
+        """Watch a step no more.
+
+        Args:
+            pending: the attempt, watched or not.
+        """
+        self._watched.pop(pending.episode_id, None)
+
+    def wait(self, waiting: CancellableWait, until: float) -> EndedStep | None:
+        """Wait for the next step to end, and record meanwhile what is overdue.
+
+        Args:
+            waiting: the wait of the run.
+            until: plant time at which the wait ends, s.
+
+        Returns:
+            As of `CancellableWait.until`.
+        """
+        while (due := min((one.due for one in self._watched.values()), default=inf)) < until:
+            was_cancelled = waiting.was_cancelled
+            ended = waiting.until(due)
+            if ended is not None or waiting.was_cancelled is not was_cancelled:
+                return ended
+            # A simulator waits no longer than to the last tick before.
+            self._record(max(due, waiting.now))
+        return waiting.until(until)
+
+    def _record(self, now: float) -> None:
+        for one in [one for one in self._watched.values() if one.due <= now]:
+            self.end(one.pending)
+            request, usual = one.pending.dispatch.request, one.pending.dispatch.typical_duration
+            name = f"{request.module}.{request.skill}"
+            seconds = now - one.pending.episode_start.started
+            timeout = float(one.pending.dispatch.skill.timeout)
+            self._journal.record(
+                "step-overdue",
+                f"{one.pending.role.value} {name} still runs after {seconds:.3g} s; its successes took "
+                f"{usual}; time-out after {timeout:g} s",
+                skill=name,
+                role=one.pending.role.value,
+                seconds=seconds,
+                usual_seconds=None if usual is None else usual.median,
+                timeout_seconds=timeout,
+            )

@@ -74,6 +74,9 @@ _Branch = Generator[None, EndedStep, PlanFailure | None]
 
 _Scope: TypeAlias = StopScope
 
+_OVER: Final = "the time limit of the task has passed"
+_CANCELLED: Final = "the client cancelled the task"
+
 
 class PlanExecutor:
     """Executor of all plans of one run.
@@ -122,10 +125,8 @@ class PlanExecutor:
                 end: PlanFailure | None = done.value
                 return end
             while (ended := self._stops.wait(scope, until)) is None:
-                is_cancelled = self._attempts.waiting.was_cancelled
-                until, self.timed_out = inf, not is_cancelled
-                limit = "the time limit of the task has passed"
-                self._stops.cancel(scope, "the client cancelled the task" if is_cancelled else limit)
+                until, self.timed_out = inf, not self._attempts.waiting.was_cancelled
+                self._stops.cancel(scope, _OVER if self.timed_out else _CANCELLED)
 
     # Parts.
 

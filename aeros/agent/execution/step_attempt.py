@@ -14,6 +14,7 @@ from aeros.agent.execution.attempt import (
     counts_toward_record,
 )
 from aeros.agent.execution.attempt_journal import (
+    OverdueSteps,
     record_broken_assumption,
     record_end,
     record_not_started,
@@ -23,10 +24,9 @@ from aeros.agent.execution.attempt_journal import (
 from aeros.agent.execution.cancellable_wait import CancellableWait
 from aeros.agent.execution.dispatcher import ChosenComposition, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.overdue_steps import OverdueSteps
 from aeros.agent.execution.planning_memory import PlanningMemory
 from aeros.agent.execution.report import StepRecord, StepRole
-from aeros.agent.execution.supervisor import assess_step
+from aeros.agent.execution.supervisor import StepAssessment, assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
 from aeros.agent.world.definitions import definition_causes
@@ -128,14 +128,7 @@ class StepRunner:
         Returns:
             The step that ended, or None if none did before `until`, or the run is cancelled meanwhile.
         """
-        while (due := self._overdue.next_due) < until:
-            was_cancelled = self.waiting.was_cancelled
-            ended = self.waiting.until(due)
-            if ended is not None or self.waiting.was_cancelled is not was_cancelled:
-                return ended
-            # A simulator waits no longer than to the last tick before.
-            self._overdue.record(max(due, self._runtime.now()))
-        return self.waiting.until(until)
+        return self._overdue.wait(self.waiting, until)
 
     def idle_until(self, until: float) -> None:
         """Let plant time pass while no step runs, then measure the world.
@@ -207,10 +200,9 @@ class StepRunner:
         record_start(self._journal, role, dispatch, given)
         handle = self._runtime.start(dispatch.request)
         made = PendingAttempt(role, dispatch, beginning, episode)
-        if isinstance(handle, StepResult):
-            return self.finish(made, handle)
-        self._overdue.begin(made)
-        return RunningAttempt(handle, made)
+        if not isinstance(handle, StepResult):
+            self._overdue.begin(made)
+        return self.finish(made, handle) if isinstance(handle, StepResult) else RunningAttempt(handle, made)
 
     def active_modules(self) -> Mapping[str, Ecm]:
         """Return the modules whose skills may run.
@@ -259,21 +251,7 @@ class StepRunner:
                 after=after,
                 ends_run=stops,
             )
-        record = StepRecord(
-            role=role,
-            module=request.module,
-            skill=request.skill,
-            inputs=pending.episode_start.inputs,
-            status=result.status,
-            outcome=judgement.outcome,
-            failed=judgement.failed,
-            reason=judgement.reason,
-            started=pending.episode_start.started,
-            ended=ended,
-            allowed=result.allowed,
-            attenuated=result.attenuated,
-            denied=result.denied,
-        )
+        record = _record_of(pending, result, judgement, ended)
         self.records.append(record)
         return self.failure_rules.after_step(pending, record, result, judgement, self.world, stops=stops)
 
@@ -299,3 +277,23 @@ class StepRunner:
         state = self.world.predicates
         is_planned = role is StepRole.STEP and state == self._planned_state
         return self.failure_rules.after_no_start(step, reason, causes, state if is_planned else None)
+
+
+def _record_of(
+    pending: PendingAttempt, result: StepResult, judgement: StepAssessment, ended: float
+) -> StepRecord:
+    return StepRecord(
+        role=pending.role,
+        module=pending.dispatch.request.module,
+        skill=pending.dispatch.request.skill,
+        inputs=pending.episode_start.inputs,
+        status=result.status,
+        outcome=judgement.outcome,
+        failed=judgement.failed,
+        reason=judgement.reason,
+        started=pending.episode_start.started,
+        ended=ended,
+        allowed=result.allowed,
+        attenuated=result.attenuated,
+        denied=result.denied,
+    )

@@ -147,8 +147,7 @@ class _Cover(_CoveredWords):
         )
         at, words = 0, self._words
         while at < len(words):
-            # `your hand` is no `hand me`, and no side
-            is_body = words[at] in english.BODY and at > 0 and words[at - 1] in _ARTICLES
+            is_body = words[at] in english.BODY and words[max(at - 1, 0)] in _ARTICLES  # `your hand`
             covered = 0 if is_body else next((covered for step in steps if (covered := step(at))), 0)
             if not covered:
                 self._unknown.append(words[at])

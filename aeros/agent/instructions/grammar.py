@@ -281,10 +281,10 @@ def _ends_statement(tokens: Words, at: int) -> bool:
     opener = english.OPENERS.starting(tokens, at + so)
     is_asked = bool(_POLITE.intersection(opener)) or opener[:2] in _ASKED or (so and len(opener) > 1)
     # `the table is dirty so clean it`; `the table is so clean …` says how much
-    is_told = so and tokens[at - 1] not in _BEFORE_DEGREES and not tokens[at - 1].endswith("ly")
-    is_told = is_told and tokens[at + 1 : at + 2] != (COMMA,) and _starts_object(tokens, at + 2)
-    is_told = is_told and english.SUBJECTS.isdisjoint(tokens[at + 1 : at + 2])
-    return at > 1 and (is_asked or is_told) and is_statement(tokens[:at])
+    follows_reason = so and tokens[at - 1] not in _BEFORE_DEGREES and not tokens[at - 1].endswith("ly")
+    follows_reason = follows_reason and tokens[at + 1 : at + 2] != (COMMA,) and _starts_object(tokens, at + 2)
+    follows_reason = follows_reason and english.SUBJECTS.isdisjoint(tokens[at + 1 : at + 2])
+    return at > 1 and (is_asked or follows_reason) and is_statement(tokens[:at])
 
 
 def _starts_object(tokens: Words, at: int) -> bool:

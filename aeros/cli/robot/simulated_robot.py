@@ -114,7 +114,11 @@ def _deviation(site: Site) -> float:
 
 
 def _motion(plant: str, make_plant: Callable[[], Plant], robot: RobotModel) -> tuple[Action, float]:
-    """Choose a motion from the ready posture, and compute how long it takes, s."""
+    """Choose a motion from the ready posture, and compute how long it takes, s.
+
+    Raises:
+        UsageError: none was found in which no links touch.
+    """
     with closing(make_plant()) as simulator:
         target = _highest_target(robot, simulator.observe()[_JOINTS].value)
         if target is not None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import pytest
 
+from aeros.agent.execution.attempt import RunningAttempt
 from aeros.agent.execution.attempt_journal import (
     record_end,
     record_not_started,
@@ -23,6 +26,7 @@ from aeros.spec.model.cause import Cause
 from tests.differential.real_loop import Forgetful
 from tests.unit.agent.dumplings import outcome, skill
 from tests.unit.agent.fake_runtime import FakeRuntime
+from tests.unit.agent.kitchen import Kitchen
 
 _RECORD = SuccessRecord(3, 1)
 _STEAM = skill("steam", outcome("hot", {}))
@@ -104,3 +108,72 @@ def test_a_goal_by_definition_is_recorded_with_its_values_and_another_is_not(
     assert (noted.kind, noted.details["task"]) == ("goal-unmet", "kitchen.cook")
     assert noted.text == "kitchen.cook: by definition of hot: heat > 3"
     assert noted.details["causes"][0]["kind"] == "definition"
+
+
+# Steps that take much longer than before, which go on.
+
+# In this kitchen a step takes one second.
+SHORT = DurationStats(0.2, 0.2, 0.2, 8)
+
+
+def _attempt(*usual: DurationStats) -> Kitchen:
+    kitchen = Kitchen()
+    kitchen.memory.usual = next(iter(usual), None)
+    kitchen.attempt("prepare")
+    return kitchen
+
+
+def test_it_is_recorded_once_and_the_step_goes_on() -> None:
+    kitchen = _attempt(SHORT)
+    assert kitchen.memory.events.count("step-overdue") == 1
+    recorded = kitchen.note("step-overdue")
+    assert recorded["skill"] == "dumpling.prepare"
+    assert recorded["seconds"] == pytest.approx(0.3)
+    assert recorded["usual_seconds"] == 0.2
+    assert recorded["timeout_seconds"] > 1.0
+    (end,) = [end for _, end in kitchen.memory.ends]
+    assert end.status == StepStatus.FINISHED.value
+
+
+def test_a_wait_that_ends_a_little_early_is_no_endless_one() -> None:
+    kitchen = Kitchen()
+    kitchen.memory.usual = SHORT
+    kitchen.runtime.early = 0.004
+    kitchen.attempt("prepare")
+    assert kitchen.memory.events.count("step-overdue") == 1
+
+
+@pytest.mark.parametrize(
+    "usual",
+    [
+        [],
+        [DurationStats(0.2, 0.2, 0.2, 7)],  # too few to tell
+        [DurationStats(0.2, 0.1, 0.5, 8)],  # 0.5 s + 3 * 0.4 s
+        [DurationStats(0.7, 0.7, 0.7, 8)],  # half as long again
+    ],
+)
+def test_nothing_is_recorded_of_what_is_usual(usual: list[DurationStats]) -> None:
+    assert "step-overdue" not in _attempt(*usual).runtime.kinds()
+
+
+def test_each_of_two_steps_is_recorded() -> None:
+    kitchen = Kitchen()
+    kitchen.memory.usual = SHORT
+    started = [kitchen.runner.start(StepRole.STEP, "dumpling", skill, {}) for skill in ("prepare", "recover")]
+    for _ in started:
+        ended = kitchen.runner.wait(inf)
+        assert ended is not None
+        (one,) = [one for one in started if isinstance(one, RunningAttempt) and one.handle == ended.step]
+        kitchen.runner.finish(one.pending, ended.result)
+    recorded = [details["skill"] for kind, details in kitchen.runtime.notes if kind == "step-overdue"]
+    assert sorted(recorded) == ["dumpling.prepare", "dumpling.recover"]
+
+
+def test_a_wait_that_is_cancelled_tells_nothing_more() -> None:
+    kitchen = Kitchen()
+    kitchen.memory.usual = SHORT
+    started = kitchen.runner.start(StepRole.STEP, "dumpling", "prepare", {})
+    assert isinstance(started, RunningAttempt)
+    kitchen.runner.waiting.is_cancelled = lambda: True
+    assert kitchen.runner.wait(inf) is None
+    assert "step-overdue" not in kitchen.runtime.kinds()
