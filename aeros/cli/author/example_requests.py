@@ -71,10 +71,11 @@ def _moved_inside(claim: Obligation, witness: Witness) -> dict[str, Any]:
     claimed = (*claim.space.assumptions, claim.conclusion)
     terms = [term for term in claimed if t.variables_of(term).keys() <= values.keys()]
     for one in witness.variables:
+        about_it = [term for term in terms if one.name in t.variables_of(term)]  # the others hold as before
         for part in range(len(values[one.name]) if isinstance(values[one.name], tuple) else 1):
             for share in _SHARES if _is_real(one) else ():
                 moved = {**values, one.name: _moved(values[one.name], part, one, share)}
-                if all(is_true(term, moved) for term in terms):
+                if all(is_true(term, moved) for term in about_it):
                     values = moved
                     break
     return values

@@ -27,7 +27,11 @@ def test_the_right_task_is_found_and_its_action_allowed_among_five_modules() -> 
         found = [trial(seed) for seed in range(2)]
     for one in found:
         assert one["reached"]
-        assert all(one[name] > 0 for name in one if name.endswith(("_s", "_ms", "_us")))
+        times = {name: one[name] for name in one if name.endswith(("_s", "_ms", "_us"))}
+        assert len(times) == 8
+        # The processor's clock may stand still for a few microseconds.
+        assert min(times.values()) >= 0.0
+        assert min(times["proving_s"], times["installing_s"], times["processor_s"]) > 0.0
     assert found[0]["proving_s"] == found[1]["proving_s"]
     assert KIND.expected_values(condition(5), premises()) == {"success": 1.0}
 
