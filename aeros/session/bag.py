@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
-from typing import Final, TextIO
+from typing import TYPE_CHECKING, Final, TextIO
 
 from aeros.distribution import install_command
 from aeros.runtime.bus.feed import BusFeed
@@ -16,6 +17,9 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Hull, LinkModel
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.site import Site
+
+if TYPE_CHECKING:
+    from aeros.sim.robot.model import RobotModel
 
 _NOUN: Final = {"--bag": "folder", "--mcap": "file"}
 
@@ -34,12 +38,18 @@ def read_link_models(site: Site) -> Mapping[Hull, LinkModel]:
         The links by their hull; empty if their meshes are not installed, or the robot has no file.
     """
     try:
-        from aeros.sim.film.link_models import link_models
         from aeros.sim.robot.robot_file import robot_of
 
-        return link_models(robot_of(site))
+        return _link_models(robot_of(site))
     except (ImportError, UserError):
         return {}
+
+
+@lru_cache(maxsize=1)  # a run may have a recording, a live view and peers
+def _link_models(robot: RobotModel) -> Mapping[Hull, LinkModel]:
+    from aeros.sim.film.link_models import link_models
+
+    return link_models(robot)
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.records.report import read_site
 from aeros.cli.terminal.progress import ProgressLine
 from aeros.cli.terminal.rendering import print_table
 from aeros.cli.terminal.streams import print_data, print_line
@@ -21,8 +22,6 @@ from aeros.session.plant_factory import PLANTS, PlantSetupError
 from aeros.session.plant_provider import PlantProviderError, load_provider
 from aeros.sim.conformance.plant_under_test import ConformanceError, PlantUnderTest
 from aeros.sim.conformance.suite import CHECKS, Check
-from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.elaborate.load import load_site
 from aeros.spec.text.discovery import reference_site_path
 
 if TYPE_CHECKING:
@@ -132,12 +131,7 @@ def _simulator(name: str, path: Path | None) -> PlantUnderTest:
         raise UsageError(
             f"`{name}` has no robot; name one of {', '.join(SIMULATORS)}, or a plant of your own"
         )
-    path = path or reference_site_path()
-    diagnostics = Diagnostics()
-    site = load_site(path, diagnostics)
-    diagnostics.raise_if_errors()
-    if site is None:
-        raise UsageError(f"`{path}` is no site file")
+    site = read_site(path or reference_site_path())
     try:
         return simulated_robot(name, Configuration(site, {}, {}, ""))
     except PlantSetupError as error:

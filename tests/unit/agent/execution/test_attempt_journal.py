@@ -169,7 +169,7 @@ def test_each_of_two_steps_is_recorded() -> None:
     assert sorted(recorded) == ["dumpling.prepare", "dumpling.recover"]
 
 
-def test_a_wait_that_is_cancelled_tells_nothing_more() -> None:
+def test_nothing_is_recorded_in_a_cancelled_wait() -> None:
     kitchen = Kitchen()
     kitchen.memory.usual = SHORT
     started = kitchen.runner.start(StepRole.STEP, "dumpling", "prepare", {})

@@ -53,7 +53,7 @@ SCENARIOS: Final[dict[str, Renaming]] = {
     "resources-templates-read": ((b"test://template/123/data", b"aeros://records/123"),),
     "prompts-get-simple": ((b"test_simple_prompt", b"explain_latest"),),
 }
-"""What a scenario names, and what it is about here instead."""
+"""For each scenario, its fixtures, each with the tool or resource of AEROS that takes its place."""
 
 
 @pytest.fixture(scope="module")
