@@ -83,6 +83,9 @@ class Snapshot(Mapping[str, Reading]):
     def __getitem__(self, name: str) -> Reading:
         return Reading(self.column[self.order.places[name]], self.time)
 
+    def __contains__(self, name: object) -> bool:
+        return name in self.order.places
+
     def __iter__(self) -> Iterator[str]:
         return iter(self.order.names)
 

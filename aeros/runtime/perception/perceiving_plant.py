@@ -110,14 +110,15 @@ class PerceivingPlant:
         if not self._is_advancing and not (self.runs_in_real_time and self._under_way):
             self._follow_configuration()
             self._obstacle_watch.note_posture(readings)
-            self._modelled.update(name.partition(".")[0] for name in readings.keys() & self._perceived)
+            self._note_modelled(readings)
             self._update(readings)
             self._obstacle_watch.look(readings, self._values())
         self._evaluate_definitions(readings)
-        values = self._values()
-        return (
-            {**readings, **values, **self._parameter_readings()} if values or self._parameters else readings
-        )
+        values, parameters = self._values(), self._parameter_readings()
+        # A `Snapshot` stays one: the gate decides on it in a fraction of the time.
+        if not values and _has_all(readings, parameters):
+            return readings
+        return {**readings, **values, **parameters}
 
     def attend(self, modules: frozenset[str] | None) -> None:
         """Say whose values matter. Other perceivers end, and their values and definitions are unknown.
@@ -232,6 +233,13 @@ class PerceivingPlant:
             perceiver.close()
         self._perceivers, self._generation = {}, None
 
+    def _note_modelled(self, readings: Readings) -> None:
+        """Note the modules whose values the plant measures itself."""
+        found = {name.partition(".")[0] for name in self._perceived if name in readings}
+        if found:
+            self._modelled |= found
+            self._perceived = {name for name in self._perceived if name.partition(".")[0] not in found}
+
     def _update(self, readings: Readings) -> None:
         active = self._active()
         if not active:
@@ -304,6 +312,14 @@ class PerceivingPlant:
     def _values(self) -> dict[str, Reading]:
         perceived = {name: value for one in self._active() for name, value in one.values.items()}
         return {**perceived, **self._defined} if self._defined else perceived
+
+
+def _has_all(readings: Readings, wanted: Mapping[str, Reading]) -> bool:
+    """Check if these readings are among those that a plant made, of the same type, value and time."""
+    return all(
+        name in readings and type(readings[name].value) is type(one.value) and readings[name] == one
+        for name, one in wanted.items()
+    )
 
 
 def _values_by_definition(

@@ -115,6 +115,8 @@ class SymbolicPlant:
             ]
         )
         self._initial = {name: start[name] for name in self._names.names}
+        # As on any plant: no rule reads the other variables of modules, and their values stop nothing.
+        self._monitored = [name for name in self._names.names if name in site.rule_variables]
         self._definitions = PlaceDefinitions(site, modules.values())
         self._definitions.update(self._initial)
         self._shares = outcome_probabilities_by_skill(modules_with_consequences(modules, site).values())
@@ -202,7 +204,7 @@ class SymbolicPlant:
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Implement `Plant.advance`: let the next motion end.
 
-        The monitor sees the values during that motion and those at its end.
+        The monitor sees the values that rules may read: during that motion, and at its end.
         """
         if not self._under_way:
             self._time = max(self._time, until)
@@ -216,7 +218,7 @@ class SymbolicPlant:
         others = [other.motion.values_during for motion, other in self._under_way.items() if motion != first]
         for last in (running.motion.values_during, changed):
             values = self._set_values([*others, last])
-            rule = monitor(self._time, values)
+            rule = monitor(self._time, {name: values[name] for name in self._monitored})
             if rule is not None:
                 return self._end_motions(list(self._under_way), f"monitor:{rule}")
         halted = [motion for motion, other in self._under_way.items() if other.is_halted]

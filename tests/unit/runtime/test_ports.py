@@ -51,6 +51,7 @@ def test_a_snapshot_is_a_mapping_of_as_many_readings_as_names() -> None:
     snapshot = Snapshot(ColumnNames(["load", "hand"]), (1.0, 2.0), 3.0)
     assert len(snapshot) == 2
     assert dict(snapshot) == {"hand": Reading(1.0, 3.0), "load": Reading(2.0, 3.0)}
+    assert "hand" in snapshot
     assert "wind" not in snapshot
     with pytest.raises(KeyError):
         snapshot["wind"]

@@ -396,6 +396,26 @@ def test_a_parameter_is_a_reading_of_now_with_its_default_or_what_the_instructio
     assert setting.plant.observe()[SIDE] == Reading("left", 2.0)
 
 
+@pytest.mark.parametrize(
+    ("value", "time", "stands"),
+    [("left", 4.0, True), ("right", 4.0, False), ("left", 3.0, False), (1, 4.0, False)],
+)
+def test_readings_of_a_plant_that_measures_all_itself_stay_one_object(
+    value: object, time: float, stands: bool
+) -> None:
+    measured = {"kettle.water_hot": Reading(True, 4.0), SIDE: Reading(value, time)}
+
+    class Complete(CameraPlant):
+        def observe(self) -> Mapping[str, Reading]:
+            return measured
+
+    setting = Setting(ecm=asked(), plant=Complete())
+    setting.inner.time = 4.0
+    observed = setting.plant.observe()
+    assert (observed is measured) is stands
+    assert observed == {**measured, SIDE: Reading("left", 4.0)}
+
+
 def test_values_that_depend_on_a_changed_parameter_are_measured_anew() -> None:
     setting = Setting(HOT, CRASH, HOT, ecm=asked())
     setting.inner.take()

@@ -250,6 +250,20 @@ def test_the_monitor_sees_the_motion_under_way_and_at_its_end() -> None:
     ]
 
 
+def test_the_monitor_sees_what_rules_may_read_and_no_other_variable_of_a_module() -> None:
+    around = configuration_of("clean_table")
+    plant = SymbolicPlant(around.site, around.modules, 0)
+    seen: set[str] = set()
+
+    def monitor(now: float, measured: Mapping[str, Any]) -> str | None:
+        seen.update(measured)
+        return None
+
+    execute(plant, act("wait", duration=1.0), monitor, 100.0)
+    assert seen == plant.observe().keys() & around.site.rule_variables.keys()
+    assert plant.observe().keys() - seen > {"clean_table.table_wiped"}
+
+
 def test_the_monitor_stops_a_motion_before_its_effect() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     before = plant.observe()
