@@ -66,6 +66,7 @@ def tick_obligation(code: ModuleSource) -> TheoremObligation:
 
     def run(ask: DecideBranch) -> str:
         calls, measured, known, at = _Calls(), {"x": object()}, {"h": True}, object()
+        plain = {"x": object()}
         made = object.__new__(monitor.RuntimeMonitor)
         stopped = ask("stopped")
 
@@ -75,7 +76,7 @@ def tick_obligation(code: ModuleSource) -> TheoremObligation:
 
         def fast_check(name: str) -> Any:
             def holds(values: Any) -> bool:
-                calls.note(name, (values, measured))
+                calls.note(name, (values, plain))
                 return ask(name)
 
             return SimpleNamespace(holds=holds) if ask(f"has.{name}") else None
@@ -83,6 +84,10 @@ def tick_obligation(code: ModuleSource) -> TheoremObligation:
         def fast_check_for(values: Any) -> Any:
             calls.note("renewed", (values, measured))
             return fast_check("new-check")
+
+        def values_of_readings(now: Any, values: Any) -> Any:
+            calls.note("readings", (now, at), (values, measured))
+            return plain if ask("readings-are-fresh") else None
 
         def update_histories(now: Any, values: Any) -> Any:
             calls.note("histories", (now, at), (values, measured))
@@ -111,6 +116,7 @@ def tick_obligation(code: ModuleSource) -> TheoremObligation:
         earlier = fast_check("stale-check" if made._actions_changed else "old-check")
         made._holds = earlier and earlier.holds
         made._fast_check_for = fast_check_for
+        made._values_of_readings = values_of_readings
         made._update_histories = update_histories
         made._first_violation = first_violation
         made._back_off_violation = back_off_violation
@@ -130,18 +136,18 @@ def tick_obligation(code: ModuleSource) -> TheoremObligation:
     return TheoremObligation(
         "`RuntimeMonitor.__call__` is silent exactly where no stop is under way, the robot follows what\n"
         "was decided, and all rules hold: those of its fast check, made for the actions that are under\n"
-        "way now, or all one by one. Else it answers with what does not hold, and begins a stop. During a\n"
-        "stop it answers what the way back from contact says. Histories see each tick that the fast check\n"
-        "does not decide, and each tick of a stop is recorded.",
+        "way now, of the values of fresh readings, or all one by one. Else it answers with what does not\n"
+        "hold, and begins a stop. During a stop it answers what the way back from contact says. Histories\n"
+        "see each tick that the fast check does not decide, and each tick of a stop is recorded.",
         (
             _ANSWERS,
             "(declare-datatypes ((Tick 0)) (((raises) (tick (answer Answer) (stops Bool) (updates Bool)"
             " (records Bool)))))",
-            *declare_bools(*names, *checks, *(f"has.{one}" for one in checks)),
+            *declare_bools(*names, "readings-are-fresh", *checks, *(f"has.{one}" for one in checks)),
             "(define-fun on-path () Bool (or idle follows))",
             "(define-fun fast () Bool (ite changed (and has.new-check new-check)"
             " (and has.old-check old-check)))",
-            "(define-fun is-fast () Bool (and on-path (not recording) fast))",
+            "(define-fun is-fast () Bool (and on-path (not recording) readings-are-fresh fast))",
         ),
         "(and (not (= found raises)) (= (answer found) (ite stopped (ite may-back-off backs-off stays)"
         " (ite is-fast silent (ite rules-hold (ite on-path silent off) broken))))"

@@ -275,6 +275,64 @@ def measured_obligation(code: ModuleSource) -> TheoremObligation:
     )
 
 
+def readings_obligation(code: ModuleSource) -> TheoremObligation:
+    """With the age of a reading put aside; the gate's theorems are about that."""
+
+    def run(ask: DecideBranch) -> str:
+        at, wrong = object(), list[str]()
+        values = {name: object() for name in _READ}
+        times = {name: cast("float", object()) for name in _READ}
+        measured = {
+            name: Reading(values[name], times[name]) if ask(f"{name}.is-reading") else values[name]
+            for name in _READ
+            if ask(f"{name}.is-measured")
+        }
+
+        def is_reading(of: Any) -> bool:
+            for name in _READ:
+                if of is measured.get(name):
+                    return ask(f"{name}.is-whole")
+            wrong.append("reading")
+            return False
+
+        def check_freshness(checker: str, measured_at: Any, now: Any, required: bool) -> str | None:
+            name = checker.removeprefix("checker of ")
+            if measured_at is not times[name] or now is not at or not required:
+                wrong.append("age")
+            return None if ask(f"{name}.is-fresh") else "too old"
+
+        monitor = code.module(MONITOR, is_reading=is_reading, check_freshness=check_freshness)
+        made = object.__new__(monitor.RuntimeMonitor)
+        forms = {name: f"checker of {name}" for name in _READ if ask(f"{name}.is-declared")}
+        made._compiled = SimpleNamespace(forms=forms)
+        given = dict(measured)
+        found = made._values_of_readings(at, measured)
+        # What is measured is others', too.
+        if wrong or any(measured[name] is not one for name, one in given.items()):
+            return "wrong"
+        if found is None:
+            return "refused"
+        right = found.keys() == given.keys() and all(found[name] is values[name] for name in found)
+        return "values" if right else "wrong"
+
+    asked = ("is-measured", "is-reading", "is-declared", "is-whole", "is-fresh")
+    usable = (
+        f"(=> (and {name}.is-measured {name}.is-reading)"
+        f" (and {name}.is-declared {name}.is-whole {name}.is-fresh))"
+        for name in _READ
+    )
+    return TheoremObligation(
+        "`RuntimeMonitor._values_of_readings` gives each value that is measured, and for a reading its\n"
+        "value, exactly where each reading is whole, of a declared variable, not of the future and fresh.",
+        (
+            "(declare-datatypes ((Found 0)) (((values) (refused) (wrong))))",
+            *declare_bools(*(f"{name}.{what}" for name in _READ for what in asked)),
+        ),
+        f"(= found (ite {smt_and(usable)} values refused))",
+        tables=(SymbolicFunction("found", "Found", execute_symbolically(run, raising="wrong")),),
+    )
+
+
 def usable_obligation(code: ModuleSource) -> TheoremObligation:
     """With the form of a value and the age of a reading put aside; the gate's theorems are about these."""
 

@@ -163,8 +163,10 @@ class RuntimeMonitor:
             self._holds = None if fast_check is None else fast_check.holds
         stops, tracker = self.stops, self.tracker
         is_off = None if tracker.is_idle or stops.stop is not None else tracker.violation(now, measured)
-        if is_off is None and not stops.are_open and self._holds is not None and self._holds(measured):
-            return None
+        if is_off is None and not stops.are_open and self._holds is not None:
+            values = self._values_of_readings(now, measured)
+            if values is not None and self._holds(values):
+                return None
         if stops.are_open:
             stops.add(measured)
         known = self._update_histories(now, measured)
@@ -253,6 +255,27 @@ class RuntimeMonitor:
         self._measured = names
         return fast_check
 
+    def _values_of_readings(self, now: float, measured: Mapping[str, Any]) -> Mapping[str, Any] | None:
+        """Return what is measured, with values in place of readings; None if a reading cannot be used."""
+        found: dict[str, Any] | None = None
+        for name, given in measured.items():
+            if type(given) is Reading:
+                if not self._is_fresh(name, given, now):
+                    return None
+                if found is None:
+                    found = dict(measured)
+                found[name] = given.value
+        return measured if found is None else found
+
+    def _is_fresh(self, name: str, given: Reading, now: float) -> bool:
+        """Check that a reading is whole, of a declared variable, not of the future, and not too old."""
+        checker = self._compiled.forms.get(name)
+        return (
+            checker is not None
+            and is_reading(given)
+            and check_freshness(checker, given.time, now, True) is None
+        )
+
     def _values(self, watch: _MonitoredActions) -> Scalars:
         """Return the scalars to evaluate with; initially the state that the first action was decided on."""
         if watch.values is None:
@@ -281,14 +304,11 @@ class RuntimeMonitor:
 
     def _is_usable(self, name: str, value: Any, now: float) -> bool:
         """Check a measured value or reading, and store its scalars."""
-        checker = self._compiled.forms.get(name)
-        if checker is None:
-            return False
         if type(value) is Reading:
-            if not is_reading(value) or check_freshness(checker, value.time, now, True) is not None:
+            if not self._is_fresh(name, value, now):
                 return False
             value = value.value
-        return self._scalars(name, value) is not None
+        return name in self._compiled.forms and self._scalars(name, value) is not None
 
     def _scalars(self, name: str, value: Any) -> Scalars | None:
         """Unpack and remember a state variable's value; return None if it is malformed."""

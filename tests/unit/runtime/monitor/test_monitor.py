@@ -239,6 +239,25 @@ def test_nothing_is_compiled_in_a_tick() -> None:
     assert quickly == [False, True, True, True]
 
 
+@pytest.mark.parametrize(("age", "is_fast"), [(0.0, True), (0.05, True), (9.0, False), (-0.01, False)])
+def test_a_tick_whose_readings_are_fresh_is_decided_by_the_fast_check(
+    age: float, is_fast: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site, asked = configuration().site, request("quickly", "move")
+    decision = asked.decided_by(gate())
+    assert decision.action is not None
+    monitor = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
+    for _ in range(2):
+        started = ActiveAction(decision.action, asked.readings, NOW, 0)
+        monitor.add(started)
+        assert monitor(NOW, STATE) is None
+        monitor.remove(started)
+    monitor.add(started)
+    monkeypatch.setattr(monitor, "_first_violation", lambda now, measured, known: "decided in full")
+    measured = {**STATE, "human_distance": Reading(STATE["human_distance"], NOW - age)}
+    assert monitor(NOW, measured) == (None if is_fast else "decided in full")
+
+
 class _Slowly(MonitorRules):
     """Rules without a fast check."""
 
