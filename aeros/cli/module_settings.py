@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Mapping
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from aeros.cli.terminal.rendering import print_table
 from aeros.cli.terminal.streams import print_line
 from aeros.exit_codes import UsageError
-from aeros.runtime.registry.waiting_modules import WaitingModule
 from aeros.spec.elaborate.module.settings import Setting, configure_command
 from aeros.spec.model.configured import (
     ModuleConfiguration,
@@ -17,6 +16,9 @@ from aeros.spec.model.configured import (
     setting_fault,
     settings_by_module,
 )
+
+if TYPE_CHECKING:
+    from aeros.runtime.registry.waiting_modules import WaitingModule
 
 _SITE_FILE: Final = "set by the site file"
 

@@ -14,8 +14,8 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.model.scene import Scene
 from aeros.spec.scenes.cells import load_cell
-from aeros.spec.scenes.load import FOLDER, known_scenes, load_scene, require_robot, scenes_in
-from aeros.spec.text.discovery import MANIFEST
+from aeros.spec.scenes.load import known_scenes, load_scene, require_robot, scenes_in
+from aeros.spec.text.discovery import MANIFEST, SCENES
 from aeros.spec.verification.reports import Report, SubjectReport
 
 
@@ -59,7 +59,7 @@ def _faults(
         if name not in known:
             near = did_you_mean(name, known)
             help_ = (
-                f"did you mean `{near}`?" if near else f"add `{FOLDER}/{name}.yaml` to the module's folder"
+                f"did you mean `{near}`?" if near else f"add `{SCENES}/{name}.yaml` to the module's folder"
             )
             label = SpanLabel(span, "a task that cannot be simulated")
             yield Diagnostic("AE002", f"there is no scene `{name}`", label, help=(help_,))

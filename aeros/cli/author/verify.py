@@ -26,7 +26,6 @@ from aeros.cli.arguments import (
 )
 from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.cli.author.reports.text import TextDetail, as_text
-from aeros.cli.author.scene_checks import add_scene_warnings
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal.progress import ProgressLine
 from aeros.cli.terminal.rendering import painter, print_diagnostics
@@ -39,7 +38,7 @@ from aeros.spec.diagnostics.grammar import counted
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.obligations.verdicts import Conclusion
-from aeros.spec.text.discovery import reference_site_path
+from aeros.spec.text.discovery import SCENES, reference_site_path
 from aeros.spec.verification.certificate import LOCK, check_lock, write_lock
 from aeros.spec.verification.reports import Progress, Report
 from aeros.spec.verification.verify import Detail, verify
@@ -182,7 +181,7 @@ def _verify_once(arguments: argparse.Namespace) -> Exit:
         print_coloured(_disagreement(error), sys.stderr)
         return Exit.INTERNAL_ERROR
     locks = [] if arguments.no_lock else _update_certificates(report, arguments)
-    result = VerifyResult(add_scene_warnings(report), tuple(locks))
+    result = VerifyResult(_with_scene_warnings(report), tuple(locks))
     as_asked = _renderer(arguments.format)
     if arguments.output is not None and not _write_report(arguments.output, as_asked(result)):
         return Exit.USAGE
@@ -199,6 +198,15 @@ def _verify_once(arguments: argparse.Namespace) -> Exit:
     if report.conclusion is Conclusion.PROVED and arguments.strict and not report.is_confirmed:
         return Exit.UNDECIDED
     return exit_for(report.conclusion)
+
+
+def _with_scene_warnings(report: Report) -> Report:
+    """Add warnings of scenes that a run could not load."""
+    if not any(one.scenes or one.composed_scenes or (one.path / SCENES).is_dir() for one in report.modules):
+        return report
+    from aeros.cli.author.scene_checks import add_scene_warnings  # what reads scenes is half of a start
+
+    return add_scene_warnings(report)
 
 
 def _require_consistent(arguments: argparse.Namespace) -> None:

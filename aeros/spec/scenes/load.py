@@ -24,11 +24,9 @@ from aeros.spec.scenes.merging import merge, moved
 from aeros.spec.scenes.quantities import Quantities
 from aeros.spec.scenes.truth_names import check_truth
 from aeros.spec.text.digests import text_digest
+from aeros.spec.text.discovery import SCENES
 from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml
-
-FOLDER: Final = "scenes"
-"""Folder of scene files in a module's folder and in AEROS."""
 
 GROUP: Final = "aeros.scenes"
 """Group of entry points under which an installed distribution provides scenes, each a path of a file."""
@@ -46,7 +44,7 @@ def scenes_in(folder: str | os.PathLike[str]) -> dict[str, Path]:
     Returns:
         Their paths by name, which is the file's without suffix.
     """
-    return {path.stem: path for path in sorted((Path(folder) / FOLDER).glob("*.yaml"))}
+    return {path.stem: path for path in sorted((Path(folder) / SCENES).glob("*.yaml"))}
 
 
 def shipped_scenes() -> dict[str, Path]:

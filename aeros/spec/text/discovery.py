@@ -13,6 +13,10 @@ import aeros
 from aeros.spec.diagnostics.codes import Diagnostics
 
 MANIFEST = "ecm.yaml"
+
+SCENES: Final = "scenes"
+"""Folder of scene files in a module's folder."""
+
 _REGISTRY: Final = "registry.sqlite3"
 """Database of a robot's registry, which stores modules beside it."""
 
