@@ -1,4 +1,4 @@
-; `RuntimeMonitor._values_of_readings` gives each value that is measured, and for a reading its
+; `monitor._values_of_readings` gives each value that is measured, and for a reading its
 ; value, exactly where each reading is whole, of a declared variable, not of the future and fresh.
 ; unsat: proved
 (set-logic ALL)

@@ -160,15 +160,15 @@ _VALUES: Final = (
         "gives-values-of-stale-readings",
         "readings",
         MONITOR,
-        "                if not self._is_fresh(name, given, now):\n                    return None\n",
+        "            if not _is_fresh(forms.get(name), given, now):\n                return None\n",
         "",
     ),
     Mutant(
         "gives-the-value-of-the-last-reading-alone",
         "readings",
         MONITOR,
-        "                if found is None:\n                    found = dict(measured)\n",
-        "                found = dict(measured)\n",
+        "            if found is None:\n                found = dict(measured)\n",
+        "            found = dict(measured)\n",
     ),
     Mutant(
         "decides-a-tick-without-its-readings",

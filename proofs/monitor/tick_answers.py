@@ -85,8 +85,8 @@ def tick_obligation(code: ModuleSource) -> TheoremObligation:
             calls.note("renewed", (values, measured))
             return fast_check("new-check")
 
-        def values_of_readings(now: Any, values: Any) -> Any:
-            calls.note("readings", (now, at), (values, measured))
+        def values_of_readings(forms: Any, now: Any, values: Any) -> Any:
+            calls.note("readings", (forms, "forms"), (now, at), (values, measured))
             return plain if ask("readings-are-fresh") else None
 
         def update_histories(now: Any, values: Any) -> Any:
@@ -116,7 +116,8 @@ def tick_obligation(code: ModuleSource) -> TheoremObligation:
         earlier = fast_check("stale-check" if made._actions_changed else "old-check")
         made._holds = earlier and earlier.holds
         made._fast_check_for = fast_check_for
-        made._values_of_readings = values_of_readings
+        made._compiled = SimpleNamespace(forms="forms")
+        install_stubs(monitor, {"_values_of_readings": values_of_readings})
         made._update_histories = update_histories
         made._first_violation = first_violation
         made._back_off_violation = back_off_violation

@@ -302,11 +302,9 @@ def readings_obligation(code: ModuleSource) -> TheoremObligation:
             return None if ask(f"{name}.is-fresh") else "too old"
 
         monitor = code.module(MONITOR, is_reading=is_reading, check_freshness=check_freshness)
-        made = object.__new__(monitor.RuntimeMonitor)
         forms = {name: f"checker of {name}" for name in _READ if ask(f"{name}.is-declared")}
-        made._compiled = SimpleNamespace(forms=forms)
         given = dict(measured)
-        found = made._values_of_readings(at, measured)
+        found = monitor._values_of_readings(forms, at, measured)
         # What is measured is others', too.
         if wrong or any(measured[name] is not one for name, one in given.items()):
             return "wrong"
@@ -322,7 +320,7 @@ def readings_obligation(code: ModuleSource) -> TheoremObligation:
         for name in _READ
     )
     return TheoremObligation(
-        "`RuntimeMonitor._values_of_readings` gives each value that is measured, and for a reading its\n"
+        "`monitor._values_of_readings` gives each value that is measured, and for a reading its\n"
         "value, exactly where each reading is whole, of a declared variable, not of the future and fresh.",
         (
             "(declare-datatypes ((Found 0)) (((values) (refused) (wrong))))",

@@ -21,7 +21,7 @@ from typing import Any, Final, NamedTuple
 
 from aeros.runtime.gate.compiled.rules import CompiledRuleSet, FastTickCheck, MonitorRules
 from aeros.runtime.gate.joint_rules import ActiveAction
-from aeros.runtime.gate.value_check import Scalars, check_freshness, is_reading
+from aeros.runtime.gate.value_check import Scalars, ValueChecker, check_freshness, is_reading
 from aeros.runtime.gate.violation import MotionDeviation, RuleViolation
 from aeros.runtime.monitor.history import HistoryTracker, HistoryValues
 from aeros.runtime.monitor.stop_record import StopRecords, stop_quantities
@@ -164,7 +164,7 @@ class RuntimeMonitor:
         stops, tracker = self.stops, self.tracker
         is_off = None if tracker.is_idle or stops.stop is not None else tracker.violation(now, measured)
         if is_off is None and not stops.are_open and self._holds is not None:
-            values = self._values_of_readings(now, measured)
+            values = _values_of_readings(self._compiled.forms, now, measured)
             if values is not None and self._holds(values):
                 return None
         if stops.are_open:
@@ -255,27 +255,6 @@ class RuntimeMonitor:
         self._measured = names
         return fast_check
 
-    def _values_of_readings(self, now: float, measured: Mapping[str, Any]) -> Mapping[str, Any] | None:
-        """Return what is measured, with values in place of readings; None if a reading cannot be used."""
-        found: dict[str, Any] | None = None
-        for name, given in measured.items():
-            if type(given) is Reading:
-                if not self._is_fresh(name, given, now):
-                    return None
-                if found is None:
-                    found = dict(measured)
-                found[name] = given.value
-        return measured if found is None else found
-
-    def _is_fresh(self, name: str, given: Reading, now: float) -> bool:
-        """Check that a reading is whole, of a declared variable, not of the future, and not too old."""
-        checker = self._compiled.forms.get(name)
-        return (
-            checker is not None
-            and is_reading(given)
-            and check_freshness(checker, given.time, now, True) is None
-        )
-
     def _values(self, watch: _MonitoredActions) -> Scalars:
         """Return the scalars to evaluate with; initially the state that the first action was decided on."""
         if watch.values is None:
@@ -305,7 +284,7 @@ class RuntimeMonitor:
     def _is_usable(self, name: str, value: Any, now: float) -> bool:
         """Check a measured value or reading, and store its scalars."""
         if type(value) is Reading:
-            if not self._is_fresh(name, value, now):
+            if not _is_fresh(self._compiled.forms.get(name), value, now):
                 return False
             value = value.value
         return name in self._compiled.forms and self._scalars(name, value) is not None
@@ -342,6 +321,28 @@ class RuntimeMonitor:
             for name, value in measured.items()
         )
         return self._histories.advance(self._readings, now)
+
+
+def _is_fresh(checker: ValueChecker | None, given: Reading, now: float) -> bool:
+    """Check that a reading is whole, of a declared variable, not of the future, and not too old."""
+    return (
+        checker is not None and is_reading(given) and check_freshness(checker, given.time, now, True) is None
+    )
+
+
+def _values_of_readings(
+    forms: Mapping[str, ValueChecker], now: float, measured: Mapping[str, Any]
+) -> Mapping[str, Any] | None:
+    """Return what is measured, with values in place of readings; None if a reading cannot be used."""
+    found: dict[str, Any] | None = None
+    for name, given in measured.items():
+        if type(given) is Reading:
+            if not _is_fresh(forms.get(name), given, now):
+                return None
+            if found is None:
+                found = dict(measured)
+            found[name] = given.value
+    return measured if found is None else found
 
 
 def _rule_of(violation: RuleViolation | str) -> str:

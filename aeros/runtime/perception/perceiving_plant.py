@@ -110,12 +110,13 @@ class PerceivingPlant:
         if not self._is_advancing and not (self.runs_in_real_time and self._under_way):
             self._follow_configuration()
             self._obstacle_watch.note_posture(readings)
-            self._note_modelled(readings)
+            if found := {_module_of(name) for name in self._perceived if name in readings}:
+                self._modelled |= found
+                self._perceived = {name for name in self._perceived if _module_of(name) not in found}
             self._update(readings)
             self._obstacle_watch.look(readings, self._values())
         self._evaluate_definitions(readings)
         values, parameters = self._values(), self._parameter_readings()
-        # A `Snapshot` stays one: the gate decides on it in a fraction of the time.
         if not values and _has_all(readings, parameters):
             return readings
         return {**readings, **values, **parameters}
@@ -233,13 +234,6 @@ class PerceivingPlant:
             perceiver.close()
         self._perceivers, self._generation = {}, None
 
-    def _note_modelled(self, readings: Readings) -> None:
-        """Note the modules whose values the plant measures itself."""
-        found = {name.partition(".")[0] for name in self._perceived if name in readings}
-        if found:
-            self._modelled |= found
-            self._perceived = {name for name in self._perceived if name.partition(".")[0] not in found}
-
     def _update(self, readings: Readings) -> None:
         active = self._active()
         if not active:
@@ -255,9 +249,7 @@ class PerceivingPlant:
     def _evaluate_definitions(self, readings: Readings) -> None:
         self._defined = {}
         pending = {
-            name: one
-            for name, one in self._definitions.items()
-            if name.partition(".")[0] not in self._modelled
+            name: one for name, one in self._definitions.items() if _module_of(name) not in self._modelled
         }
         if not pending:
             return
@@ -315,11 +307,19 @@ class PerceivingPlant:
 
 
 def _has_all(readings: Readings, wanted: Mapping[str, Reading]) -> bool:
-    """Check if these readings are among those that a plant made, of the same type, value and time."""
+    """Check if these readings are among those that a plant made, of the same type, value and time.
+
+    Then nothing is to be added, and a `Snapshot` stays one: the gate decides on it in less time.
+    """
     return all(
         name in readings and type(readings[name].value) is type(one.value) and readings[name] == one
         for name, one in wanted.items()
     )
+
+
+def _module_of(name: str) -> str:
+    """Return the module of a variable."""
+    return name.partition(".")[0]
 
 
 def _values_by_definition(
