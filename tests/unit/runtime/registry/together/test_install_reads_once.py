@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import builtins
+import io
+import os
 import shutil
-import sys
-from collections.abc import Iterator
+from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -35,43 +37,34 @@ class Flipping:
         other.symlink_to(self.twins[which])
         other.rename(self.link)
 
-    def look(self, event: str, arguments: tuple[object, ...]) -> None:
-        watched = event == "open" and isinstance(arguments[0], str)
-        if (
-            watched
-            and str(arguments[0]).startswith(f"{self.link}/")
-            and str(arguments[0]).endswith("ecm.yaml")
-        ):
+    def look(self, path: object) -> None:
+        if not isinstance(path, str | Path):
+            return
+        if str(path).startswith(f"{self.link}/") and str(path).endswith("ecm.yaml"):
             self.openings += 1
             if self.openings in self.flips_at:
                 self.point(self.openings % 2)
 
 
-_WATCHING: list[Flipping] = []
-
-
-def _audit(event: str, arguments: tuple[object, ...]) -> None:
-    for one in _WATCHING:
-        one.look(event, arguments)
-
-
-@cache
-def hook_once() -> None:
-    sys.addaudithook(_audit)
-
-
 @pytest.fixture
-def flipping(write: Author, tmp_path: Path) -> Iterator[Flipping]:
-    """Watched by an audit hook, which cannot be removed and is idle outside of these tests."""
+def flipping(write: Author, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Flipping:
+    """Sees each file that is opened.  An audit hook cannot be removed, so it would slow later tests."""
     good, unsafe = write("good"), write("unsafe")
     manifest = unsafe / "ecm.yaml"
     manifest.write_text(manifest.read_text().replace(*_UNSAFE, 1))
     made = Flipping(tmp_path / "tidy", good, unsafe)
     made.point(0)
-    hook_once()
-    _WATCHING.append(made)
-    yield made
-    _WATCHING.remove(made)
+
+    def watched(opened: Callable[..., Any]) -> Callable[..., Any]:
+        def open_(path: object, *arguments: Any, **options: Any) -> Any:
+            made.look(path)
+            return opened(path, *arguments, **options)
+
+        return open_
+
+    for module in (builtins, io, os):
+        monkeypatch.setattr(module, "open", watched(module.open))
+    return made
 
 
 @pytest.mark.parametrize("first", [0, 1])
