@@ -149,6 +149,17 @@ class Tools:
         if time.monotonic() - running.attended_at > limit_s:
             running.cancel(f"no client has waited for the plan for {limit_s:g} s")
 
+    def activity(self) -> tuple[tuple[Any, ...], OperatorCommand, float]:
+        """Return what changes while the robot works, without a measurement.
+
+        Returns:
+            Id, progress and end of the plan in execution or of the latest one, the operator's command in
+            force, and the plant time of the latest control tick (s).
+        """
+        running = self.robot.running
+        plan = () if running is None else (running.plan, running.progress, running.ended.is_set())
+        return plan, self._command(), self._measurements.last()[0]
+
     def is_decided(self, plan: str) -> bool:
         """Check if the operator has approved or rejected a plan, or it is no longer kept.
 

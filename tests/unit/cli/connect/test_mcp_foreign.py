@@ -51,6 +51,8 @@ SCENARIOS: Final[dict[str, Renaming]] = {
     "tools-call-error": ((b"test_error_handling", b"propose_plan"),),
     "resources-read-text": ((b"test://static-text", b"aeros://policy"),),
     "resources-templates-read": ((b"test://template/123/data", b"aeros://records/123"),),
+    "resources-subscribe": ((b"test://watched-resource", b"aeros://records"),),
+    "resources-unsubscribe": ((b"test://watched-resource", b"aeros://records"),),
     "prompts-get-simple": ((b"test_simple_prompt", b"explain_latest"),),
 }
 """For each scenario, its fixtures, each with the tool or resource of AEROS that takes its place."""
