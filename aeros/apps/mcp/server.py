@@ -268,11 +268,13 @@ async def _wait_for_end(context: _Context, running: PlanExecution, wait: float, 
     try:
         while True:
             running.attended_at = time.monotonic()
+            # Looked at before the progress, so that the last progress is reported, too.
+            is_over = running.ended.is_set() or running.attended_at >= latest
             done, text = running.progress
             if done > reported:
                 reported = done
                 await context.session.report_progress(done, max(done, running.step_count), text)
-            if running.ended.is_set() or time.monotonic() >= latest:
+            if is_over:
                 return
             if _is_disconnected(context):
                 running.cancel(f"the connection of {client} broke")
