@@ -25,6 +25,7 @@ from typing import Any, Final
 import pytest
 
 from tests.repo.tree import ROOT
+from tests.unit.apps.mcp.http_clients import HttpClient
 
 pytestmark = [
     pytest.mark.deep,
@@ -176,6 +177,9 @@ def presenting_token(server: HttpServerProcess, renaming: Renaming) -> Iterator[
 def test_the_conformance_suite_finds_no_fault(
     scenario: str, packages: Path, served: HttpServerProcess
 ) -> None:
+    # A record that has the number that the suite looks for in the newest 123 records.
+    asking = HttpClient(served.port, Authorization=f"Bearer {served.token}")
+    assert asking.call("tool_123") == "there is no tool `tool_123`"
     suite = packages / "@modelcontextprotocol" / "conformance" / "dist" / "index.js"
     with presenting_token(served, SCENARIOS[scenario]) as port:
         done = run_node(
