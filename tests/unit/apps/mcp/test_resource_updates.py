@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from aeros.apps.mcp.resources import Resources
 from tests.unit.apps.mcp.cells import FREE, cell, dumplings
 from tests.unit.apps.mcp.test_server import proposed, talk
 
@@ -66,6 +65,7 @@ def test_an_older_client_hears_of_changes_until_it_unsubscribes(tmp_path: Path) 
         talk(one, "legacy", conversation, message_handler=on_message)
 
 
+@pytest.mark.deep
 def test_a_newer_client_hears_of_changes_on_its_stream(tmp_path: Path) -> None:
     async def conversation(client: Any) -> None:
         async with client.listen(resource_subscriptions=CHANGING) as stream:
@@ -78,12 +78,3 @@ def test_a_newer_client_hears_of_changes_on_its_stream(tmp_path: Path) -> None:
 
     with cell(dumplings(), tmp_path, FREE) as one:
         talk(one, "auto", conversation)
-
-
-def test_a_client_that_only_reads_causes_no_change(tmp_path: Path) -> None:
-    with cell(dumplings(), tmp_path, FREE) as one:
-        resources = Resources(one.tools, one.folder / "audit.jsonl")
-        before = resources.states()
-        for uri in (*CHANGING, "aeros://site"):
-            resources.read(uri)
-        assert resources.states() == before
