@@ -144,13 +144,15 @@ class Resources:
         Returns:
             The states, comparable, by the resource's address.
         """
-        plan, command, measured_at = self._tools.activity()
+        running = self._tools.robot.running
+        plan = () if running is None else (running.plan, running.progress, running.ended.is_set())
+        ticked_at, _ = self._tools.measurements.last()
         try:
             size = self._log.stat().st_size
         except OSError:
             size = 0
         return {
-            "aeros://world": (plan, command, measured_at),
+            "aeros://world": (plan, self._tools.command(), ticked_at),
             "aeros://plan": plan,
             "aeros://records": size,
         }

@@ -36,7 +36,14 @@ class LinkVisual(NamedTuple):
 
 
 def without_meshes(_: Hull) -> Sequence[LinkVisual]:
-    """Return no mesh, so that links are drawn as balls."""
+    """Return no mesh, so that links are drawn as balls.
+
+    Args:
+        _: the link's hull.
+
+    Returns:
+        Nothing.
+    """
     return ()
 
 

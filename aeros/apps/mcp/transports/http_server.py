@@ -149,7 +149,7 @@ class RequestGuard:
             await refuse(receive, send, *refusal)
             return
         scope[DISCONNECT_KEY] = disconnected = threading.Event()
-        is_begun = is_complete = False
+        has_started = is_complete = False
 
         async def listen() -> Message:
             message = await receive()
@@ -158,8 +158,8 @@ class RequestGuard:
             return message
 
         async def answer(message: Message) -> None:
-            nonlocal is_begun, is_complete
-            is_begun = True
+            nonlocal has_started, is_complete
+            has_started = True
             is_complete |= message["type"] == "http.response.body" and not message.get("more_body", False)
             await send(message)
 
@@ -170,7 +170,7 @@ class RequestGuard:
             finally:
                 self._open.discard(until_end)
         if until_end.cancelled_caught and not is_complete:
-            if is_begun:
+            if has_started:
                 await send({"type": "http.response.body"})
             else:
                 await refuse(None, send, 503, "the server has ended")

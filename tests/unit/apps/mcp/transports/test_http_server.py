@@ -193,7 +193,7 @@ def watch_a_plan(port: int, era: str) -> None:
     talk_over_http(port, era, conversation)
 
 
-def test_an_open_stream_ends_with_the_server_and_nothing_is_said_of_it(
+def test_an_open_stream_ends_with_the_server_without_a_traceback(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with cell(dumplings(), tmp_path, FREE) as one, served(one) as port:
