@@ -32,6 +32,7 @@ from aeros.runtime.bus.port import PublisherFactory
 from aeros.runtime.bus.recording.topic_choice import ChosenTopic
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.runtime.bus.sample_file import SampleWriter
+from aeros.runtime.bus.viewer.link_visuals import LINK_MESHES, filed_visuals
 from aeros.runtime.bus.viewer.things import cameras_of_perceivers
 from aeros.runtime.execution.executor import Executor
 from aeros.runtime.execution.governor import FixedGovernor, Governor
@@ -268,7 +269,9 @@ def _live_feed(setup: SessionSetup) -> AbstractContextManager[BusFeed | None]:
         return nullcontext()
     cameras = cameras_of_perceivers(setup.configuration.modules.values())
     site = setup.configuration.site
-    return BusFeed(setup.bus, site, is_live=True, cameras=cameras, models=read_link_models(site))
+    models = read_link_models(site)
+    visuals = filed_visuals(setup.out / LINK_MESHES, models)
+    return BusFeed(setup.bus, site, is_live=True, cameras=cameras, models=models, visuals=visuals)
 
 
 def _record_listener(feeds: Sequence[BusFeed]) -> Callable[[bytes], None] | None:

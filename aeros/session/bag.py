@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Final, TextIO
 from aeros.distribution import install_command
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.bus.recording.topic_choice import ChosenTopic, TopicChoice, TopicChoiceError
+from aeros.runtime.bus.robot_description import without_meshes
+from aeros.runtime.bus.viewer.link_visuals import embedded_visuals
 from aeros.runtime.bus.viewer.things import cameras_of_perceivers
 from aeros.runtime.bus.viewer.topics import topics_of
 from aeros.runtime.gate.configuration import Configuration
@@ -91,7 +93,8 @@ def open_bag(
     try:
         site = configuration.site
         models = read_link_models(site)
-        with bag, BusFeed(bag, site, is_whole=True, cameras=cameras, models=models) as feed:
+        visuals = without_meshes if file is None else embedded_visuals(models)
+        with bag, BusFeed(bag, site, is_whole=True, cameras=cameras, models=models, visuals=visuals) as feed:
             yield feed
     except BagError as failure:
         raise BagOutputError(str(failure)) from failure
@@ -124,7 +127,9 @@ def open_live_view(
     cameras = cameras_of_perceivers(configuration.modules.values())
     site = configuration.site
     view = LiveView(site.id)
-    with view, BusFeed(view, site, cameras=cameras, models=read_link_models(site)) as feed:
+    models = read_link_models(site)
+    visuals = embedded_visuals(models)
+    with view, BusFeed(view, site, cameras=cameras, models=models, visuals=visuals) as feed:
         try:
             url = view.serve(port)
         except LiveViewError as refusal:

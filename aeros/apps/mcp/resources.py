@@ -101,21 +101,61 @@ class Resources:
         Raises:
             ResourceError: There is no such resource.
         """
-        kind, _, rest = uri.removeprefix("aeros://").partition("/")
-        if not uri.startswith("aeros://"):
-            raise ResourceError(_unknown(uri))
+        kind, rest = self.check_address(uri)
         match kind, rest:
             case "site", "":
                 return _YAML, self._tools.site.span.source.text
-            case "modules", name if name in self._tools.modules:
+            case "modules", name if name:
                 return _YAML, self._tools.modules[name].span.source.text
-            case "records", count if count.isascii() and count.isdigit() and len(count) < 5:
-                return _JSON, _json(self._newest_records(int(count)))
+            case "records", count:
+                return _JSON, _json(self._newest_records(int(count or _RECORDS)))
         answers = {"policy": self._policy, "modules": self._modules, "world": self._world, "plan": self._plan}
-        answers["records"] = lambda: self._newest_records(_RECORDS)
-        if rest or kind not in answers:
-            raise ResourceError(_unknown(uri))
         return _JSON, _json(answers[kind]())
+
+    def check_address(self, uri: str) -> tuple[str, str]:
+        """Check that a resource exists.
+
+        Args:
+            uri: Its address.
+
+        Returns:
+            The two parts of its path; the second one may be empty.
+
+        Raises:
+            ResourceError: There is no such resource.
+        """
+        kind, _, rest = uri.removeprefix("aeros://").partition("/")
+        is_count = rest.isascii() and rest.isdigit() and len(rest) < 5
+        is_known = (
+            uri in {one.uri for one in RESOURCES}
+            or (kind == "modules" and rest in self._tools.modules)
+            or (kind == "records" and is_count)
+        )
+        if not uri.startswith("aeros://") or not is_known:
+            raise ResourceError(_unknown(uri))
+        return kind, rest
+
+    def states(self) -> dict[str, Any]:
+        """Return a state of each resource that can change; it differs once the content may.
+
+        Reading them measures nothing, as a client that reads a resource again at each change would otherwise
+        cause the next one.
+
+        Returns:
+            The states, comparable, by the resource's address.
+        """
+        running = self._tools.robot.running
+        plan = () if running is None else (running.plan, running.progress, running.ended.is_set())
+        ticked_at, _ = self._tools.measurements.last()
+        try:
+            size = self._log.stat().st_size
+        except OSError:
+            size = 0
+        return {
+            "aeros://world": (plan, self._tools.command(), ticked_at),
+            "aeros://plan": plan,
+            "aeros://records": size,
+        }
 
     def _policy(self) -> Any:
         return _policy_to_json(self._tools.site)

@@ -22,6 +22,7 @@ from mcp_types.version import MODERN_PROTOCOL_VERSIONS
 
 import aeros
 from aeros.apps.mcp.prompts import PROMPTS, PromptError, prompt_text
+from aeros.apps.mcp.resource_updates import ResourceUpdates
 from aeros.apps.mcp.resources import TEMPLATES, ResourceError, Resources
 from aeros.apps.mcp.robot import PlanExecution
 from aeros.apps.mcp.tool_arguments import SCHEMAS, ToolCallError, read_seconds, tool_schema
@@ -71,7 +72,7 @@ def build_server(tools: Tools, resources: Resources) -> Server[Any]:
     Returns:
         The server; `run` it, or take its HTTP application.
     """
-    handlers = _Handlers(tools, resources)
+    handlers, updates = _Handlers(tools, resources), ResourceUpdates(resources)
     return Server(
         "aeros",
         version=aeros.__version__,
@@ -83,6 +84,10 @@ def build_server(tools: Tools, resources: Resources) -> Server[Any]:
         on_list_resources=handlers.list_resources,
         on_list_resource_templates=handlers.list_templates,
         on_read_resource=handlers.read_resource,
+        on_subscribe_resource=updates.subscribe,
+        on_unsubscribe_resource=updates.unsubscribe,
+        on_subscriptions_listen=updates.listen,
+        lifespan=updates.lifespan,
         on_list_prompts=handlers.list_prompts,
         on_get_prompt=handlers.get_prompt,
         on_completion=handlers.complete,
@@ -263,11 +268,13 @@ async def _wait_for_end(context: _Context, running: PlanExecution, wait: float, 
     try:
         while True:
             running.attended_at = time.monotonic()
+            # Looked at before the progress, so that the last progress is reported, too.
+            is_over = running.ended.is_set() or running.attended_at >= latest
             done, text = running.progress
             if done > reported:
                 reported = done
                 await context.session.report_progress(done, max(done, running.step_count), text)
-            if running.ended.is_set() or time.monotonic() >= latest:
+            if is_over:
                 return
             if _is_disconnected(context):
                 running.cancel(f"the connection of {client} broke")

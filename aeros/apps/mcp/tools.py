@@ -82,10 +82,10 @@ class Tools:
         command: Callable[[], OperatorCommand],
     ) -> None:
         self.robot = robot
-        self._measurements = measurements
+        self.measurements = measurements
         self._tasks = tasks
         self._approvals = approvals
-        self._command = command
+        self.command = command
         self._plans = AcceptedPlans(approvals)
         self._notes = ClientNotes(self._record)
         self.site, self.modules = robot.call(_current_configuration).result()
@@ -215,14 +215,14 @@ class Tools:
 
     def _state(self, _arguments: Mapping[str, Any], _client: str) -> dict[str, Any]:
         if self.robot.is_busy:
-            now, readings = self._measurements.last()
+            now, readings = self.measurements.last()
             world = world_from_readings(self.site.state, readings, now)
         else:
             world = self.robot.world().result()
         return {
             "time": world.time,
             "state": world_to_json(world),
-            "operator": self._command().name.lower(),
+            "operator": self.command().name.lower(),
             "running": None if self.robot.running is None else execution_result(self.robot.running),
             "plans": list(self._plans),
             "waiting_for_approval": self._approvals.pending,
@@ -281,8 +281,8 @@ class Tools:
         execute = self.site.mcp.execute
         if execute is Execute.DENIED:
             raise ToolCallError("this site does not allow MCP clients to execute plans")
-        if self._command() is not OperatorCommand.RUN:
-            held = HOLD_WORDS[self._command()]
+        if self.command() is not OperatorCommand.RUN:
+            held = HOLD_WORDS[self.command()]
             raise ToolCallError(f"{held}: the operator resumes it with `aeros resume`")
         approval = None
         if execute is not Execute.ALLOWED:

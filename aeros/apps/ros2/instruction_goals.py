@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from typing import Final
 
 from aeros.agent.agent import Agent
@@ -60,6 +61,7 @@ class InstructionGoals:
         clients = [one._asdict() for one in goal.requesters]
         runtime.note("goal-requested", {"instruction": asked.instruction, "clients": clients})
         try:
+            timeout_s = _timeout_of(asked)
             meaning = self._understand(asked.instruction)
         except InstructionError as error:
             runtime.note("goal-rejected", {"instruction": asked.instruction, "reason": error.reason})
@@ -68,7 +70,7 @@ class InstructionGoals:
         self._goal = goal
         agent.is_cancelled = lambda: goal.status is GoalStatus.CANCELING
         try:
-            report = agent.run(meaning, asked.timeout if asked.timeout > 0.0 else None)
+            report = agent.run(meaning, timeout_s)
         except AgentError as error:
             goal.set_result(GoalStatus.ABORTED, PursueResult(reason=str(error)))
         else:
@@ -79,6 +81,17 @@ class InstructionGoals:
     def close(self) -> None:
         """Accept no more goals, and abort those that wait."""
         self._server.close()
+
+
+def _timeout_of(asked: PursueGoal) -> float | None:
+    """Return the time limit of a goal, s on the plant's clock; None for no limit.
+
+    Raises:
+        InstructionError: it is negative or not finite, which nobody means.
+    """
+    if not 0.0 <= asked.timeout < inf:
+        raise InstructionError(f"`timeout` is {asked.timeout:g} s; give 0 for no limit, or a time above 0")
+    return asked.timeout or None
 
 
 def _status_of(report: RunReport, goal: InstructionGoal) -> GoalStatus:

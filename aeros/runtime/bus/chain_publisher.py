@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 from aeros.runtime.bus.change_publisher import ChangePublisher
 from aeros.runtime.bus.measurement_messages import motion_joints
 from aeros.runtime.bus.messages import String, TFMessage, stamp
 from aeros.runtime.bus.port import PublisherFactory
-from aeros.runtime.bus.robot_description import robot_description
+from aeros.runtime.bus.robot_description import LinkVisual, robot_description, without_meshes
 from aeros.runtime.bus.transforms import chain_transforms
-from aeros.runtime.ports import Readings, RobotBody, Vec3
+from aeros.runtime.ports import Hull, Readings, RobotBody, Vec3
 from aeros.spec.model.site import Site
 
 
@@ -20,10 +22,16 @@ class ChainPublisher:
     Args:
         bus: bus to publish on.
         site: declares the joints.
+        visuals: returns the meshes of a link for the description, by its hull.
     """
 
-    def __init__(self, bus: PublisherFactory, site: Site) -> None:
-        self._site = site
+    def __init__(
+        self,
+        bus: PublisherFactory,
+        site: Site,
+        visuals: Callable[[Hull], Sequence[LinkVisual]] = without_meshes,
+    ) -> None:
+        self._site, self._visuals = site, visuals
         self._joints = motion_joints(site)
         self._transforms = ChangePublisher(bus.publisher("/tf", TFMessage))
         self._described: RobotBody | None = None
@@ -47,7 +55,8 @@ class ChainPublisher:
         message = chain_transforms(body, base, joints, q, stamp(time))
         is_new, self._described = body != self._described, body
         if is_new:
-            self._description.publish(String(robot_description(self._site.id, body, joints)))
+            text = robot_description(self._site.id, body, joints, self._visuals)
+            self._description.publish(String(text))
         *moving, tool = message.transforms
         if is_new:
             self._static.publish(TFMessage((tool,)))

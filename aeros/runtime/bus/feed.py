@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from queue import SimpleQueue
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple, Self
 
 from aeros.runtime.bus.message_publisher import MessagePublisher, RobotChain
 from aeros.runtime.bus.port import PublisherFactory
+from aeros.runtime.bus.robot_description import LinkVisual, without_meshes
 from aeros.runtime.bus.viewer.view_publisher import ViewPublisher
 from aeros.runtime.ports import CameraPicture, Hull, LinkModel, PersonFigure, Reading, Readings, RobotBody
 from aeros.spec.model.site import Site
@@ -70,6 +71,7 @@ class BusFeed:
         is_live: True for a bus with listeners that come and go; see `MessagePublisher`.
         cameras: names of cameras by perceiver; see `cameras_of_perceivers`.
         models: how viewers draw the robot's links, by hull.
+        visuals: returns the meshes of a link for the robot's description, by its hull.
     """
 
     def __init__(
@@ -81,6 +83,7 @@ class BusFeed:
         is_live: bool = False,
         cameras: Mapping[str, Iterable[str]] = MappingProxyType({}),
         models: Mapping[Hull, LinkModel] = MappingProxyType({}),
+        visuals: Callable[[Hull], Sequence[LinkVisual]] = without_meshes,
     ) -> None:
         self.locate_people: Callable[[], tuple[PersonFigure, ...]] = tuple
         self.body: RobotBody | None = None
@@ -88,7 +91,7 @@ class BusFeed:
         self.lost = 0
         self.trouble: str | None = None
         self._publishers = (
-            MessagePublisher(bus, site, self._count_dropped, is_live=is_live),
+            MessagePublisher(bus, site, self._count_dropped, is_live=is_live, visuals=visuals),
             ViewPublisher(bus, site, self._count_dropped, cameras, models),
         )
         self._queue: SimpleQueue[bytes | _State | CameraPicture | None] = SimpleQueue()

@@ -5,7 +5,7 @@ A message that cannot be made or published is counted, and does not affect the o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -33,7 +33,8 @@ from aeros.runtime.bus.names import check_ros_name
 from aeros.runtime.bus.picture_messages import picture_message
 from aeros.runtime.bus.port import PublisherFactory
 from aeros.runtime.bus.record_messages import log_message, parse_record
-from aeros.runtime.ports import CameraPicture, Readings, RobotBody, Vec3
+from aeros.runtime.bus.robot_description import LinkVisual, without_meshes
+from aeros.runtime.ports import CameraPicture, Hull, Readings, RobotBody, Vec3
 from aeros.spec.model.site import Site
 
 
@@ -57,10 +58,17 @@ class MessagePublisher:
         site: declares the state variables. Variables whose names are invalid in ROS 2 topics are left out.
         missed: called with the reason for each message that cannot be made or published.
         is_live: True for a bus whose listeners need the plant's clock: publish `/clock`, too.
+        visuals: returns the meshes of a link for the robot's description, by its hull.
     """
 
     def __init__(
-        self, bus: PublisherFactory, site: Site, missed: Callable[[str], None], *, is_live: bool = False
+        self,
+        bus: PublisherFactory,
+        site: Site,
+        missed: Callable[[str], None],
+        *,
+        is_live: bool = False,
+        visuals: Callable[[Hull], Sequence[LinkVisual]] = without_meshes,
     ) -> None:
         self._missed = missed
         self._last = Time()  # on the plant's clock
@@ -83,7 +91,7 @@ class MessagePublisher:
             for name in site.cameras
             if (topic := ros_name(f"/aeros/camera/{name}/compressed")) is not None
         }
-        self._chain = ChainPublisher(bus, site)
+        self._chain = ChainPublisher(bus, site, visuals)
         self._clock = ChangePublisher(bus.publisher("/clock", Clock)) if is_live else None
         self._events = bus.publisher("/aeros/events", Event)
         self._decisions = bus.publisher("/aeros/decisions", DecisionMessage)

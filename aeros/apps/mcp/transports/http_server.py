@@ -31,14 +31,16 @@ from aeros.apps.mcp.transports.request_limit import (
     Send,
     refuse,
 )
+from aeros.apps.mcp.transports.session_limit import MAX_SESSIONS, SessionLimit
 
-MAX_SESSIONS: Final = 16
 UNATTENDED_LIMIT_S: Final = 10.0
 """Real time for which a plan goes on while no client waits for it (s)."""
 
 _POLL_INTERVAL_S: Final = 0.1  # s
 _MAX_BACKLOG: Final = 128
 _SESSION_IDLE_S: Final = 600.0
+_GRACE_S: Final = 0.5
+"""Real time for calls to end by themselves once the server is over; streams of a client never do."""
 
 
 def serve_http(
@@ -67,8 +69,9 @@ def serve_http(
         session_idle_timeout=_SESSION_IDLE_S,
         transport_security=TransportSecuritySettings(allowed_hosts=hosts, allowed_origins=origins),
     )
+    guard = RequestGuard(RequestLimit(SessionLimit(app)), hosts, origins, token)
     configuration = uvicorn.Config(
-        RequestGuard(RequestLimit(app), hosts, origins, token),
+        guard,
         http=BoundedConnection,
         log_level="error",
         access_log=False,
@@ -76,7 +79,7 @@ def serve_http(
         ws="none",
         server_header=False,
         backlog=_MAX_BACKLOG,
-        timeout_graceful_shutdown=1,
+        timeout_graceful_shutdown=2,
     )
     http = _HttpServer(configuration)
 
@@ -85,6 +88,8 @@ def serve_http(
             on_poll()
             await anyio.sleep(_POLL_INTERVAL_S)
         http.should_exit = True
+        await anyio.sleep(_GRACE_S)
+        guard.end_requests()
 
     async def answer() -> None:
         async with anyio.create_task_group() as group:
@@ -121,6 +126,12 @@ class RequestGuard:
         self._hosts = frozenset(one.encode() for one in hosts)
         self._origins = frozenset(one.encode() for one in origins)
         self._token = token.encode()
+        self._open: set[anyio.CancelScope] = set()
+
+    def end_requests(self) -> None:
+        """End all requests that are under way, each with a complete response."""
+        for one in list(self._open):
+            one.cancel()
 
     async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
         """Implement ASGI: answer a request with a refusal, or pass it on.
@@ -138,7 +149,7 @@ class RequestGuard:
             await refuse(receive, send, *refusal)
             return
         scope[DISCONNECT_KEY] = disconnected = threading.Event()
-        is_complete = False
+        has_started = is_complete = False
 
         async def listen() -> Message:
             message = await receive()
@@ -147,11 +158,22 @@ class RequestGuard:
             return message
 
         async def answer(message: Message) -> None:
-            nonlocal is_complete
+            nonlocal has_started, is_complete
+            has_started = True
             is_complete |= message["type"] == "http.response.body" and not message.get("more_body", False)
             await send(message)
 
-        await self._app(scope, listen, answer)
+        with anyio.CancelScope() as until_end:
+            self._open.add(until_end)
+            try:
+                await self._app(scope, listen, answer)
+            finally:
+                self._open.discard(until_end)
+        if until_end.cancelled_caught and not is_complete:
+            if has_started:
+                await send({"type": "http.response.body"})
+            else:
+                await refuse(None, send, 503, "the server has ended")
 
     def _refusal(self, scope: Message) -> tuple[int, str] | None:
         """Return status and text of the refusal of a request; None if it is passed on."""

@@ -20,16 +20,16 @@ from aeros.runtime.bus.viewer.foxglove_messages import (
     SpherePrimitive,
     TextPrimitive,
 )
-from aeros.runtime.bus.viewer.hull_meshes import encode_glb, hull_triangles
+from aeros.runtime.bus.viewer.hull_meshes import encode_glb
+from aeros.runtime.bus.viewer.link_visuals import LINK_COLOUR, link_model
 from aeros.runtime.bus.viewer.things import SceneThing
-from aeros.runtime.ports import Ball, ColouredMesh, Hull, LinkModel, PersonFigure, Reading, RobotBody, Vec3
+from aeros.runtime.ports import Ball, Hull, LinkModel, PersonFigure, Reading, RobotBody, Vec3
 from aeros.spec.model.site import Site
 
 _ZONE: Final = Color(0.0, 0.45, 0.7, 0.15)
 _ZONE_TEXT: Final = Color(0.0, 0.45, 0.7)
 _THING: Final = Color(0.9, 0.6, 0.0, 0.35)
 _THING_TEXT: Final = Color(0.9, 0.6, 0.0)
-_LINK: Final[Vec3] = (0.75, 0.76, 0.8)
 _PERSON: Final = Color(0.84, 0.37, 0.0, 0.5)
 _PERSON_TEXT: Final = Color(0.84, 0.37, 0.0)
 
@@ -127,9 +127,7 @@ def _meshes(
     hulls: Sequence[Hull], frames: Sequence[str], when: Time, models: Mapping[Hull, LinkModel]
 ) -> Iterator[SceneEntity]:
     for hull in hulls:
-        surfaces, origin = models.get(hull, ((), ""))
-        if not surfaces and (triangles := hull_triangles(hull.corners)):
-            surfaces = (ColouredMesh(hull.corners, triangles, _LINK),)
+        surfaces, origin = link_model(hull, models)
         if surfaces:
             yield SceneEntity(
                 when,
@@ -143,7 +141,7 @@ def _meshes(
 
 def _balls(balls: Sequence[Ball], frames: Sequence[str], when: Time) -> Iterator[SceneEntity]:
     for number, ball in enumerate(balls):
-        spheres = (_ball(ball.centre, 2.0 * ball.radius, Color(*_LINK)),)
+        spheres = (_ball(ball.centre, 2.0 * ball.radius, Color(*LINK_COLOUR)),)
         name = f"{ball.link}-{number}"
         yield SceneEntity(when, frames[ball.joint], name, frame_locked=True, spheres=spheres)
 

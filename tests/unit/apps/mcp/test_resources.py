@@ -40,6 +40,13 @@ def test_every_listed_resource_can_be_read_and_none_moves_anything(one: Cell, re
     assert one.decisions() == 0
 
 
+def test_reading_is_no_change_that_subscribers_would_hear_of(resources: Resources) -> None:
+    before = resources.states()
+    for uri in before:
+        resources.read(uri)
+    assert resources.states() == before
+
+
 def test_site_and_manifest_are_the_texts_that_were_proved(one: Cell, resources: Resources) -> None:
     assert resources.read("aeros://site")[1] == reference_site_path().read_text(encoding="utf-8")
     manifest = resources.read("aeros://modules/make_dumplings")[1]

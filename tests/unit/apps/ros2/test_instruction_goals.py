@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 from typing import Any
@@ -81,6 +82,15 @@ def test_no_limit_is_given_as_zero() -> None:
 
     client, _ = asked(Pursuing(run), PursueGoal("open the door"))
     assert client.status is GoalStatus.SUCCEEDED
+
+
+@pytest.mark.parametrize("timeout", [-1.0, math.nan, math.inf])
+def test_a_time_limit_that_is_none_is_refused(timeout: float) -> None:
+    goal = PursueGoal("open the door", timeout)
+    client, notes = asked(Pursuing(lambda *_: pytest.fail("it ran")), goal)
+    assert client.status is GoalStatus.ABORTED
+    assert "give 0 for no limit" in client.result(1.0).reason
+    assert [event for event, _ in notes] == ["goal-requested", "goal-rejected"]
 
 
 def test_an_instruction_that_is_not_understood_is_refused_with_the_reason() -> None:

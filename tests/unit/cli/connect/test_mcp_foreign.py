@@ -25,6 +25,7 @@ from typing import Any, Final
 import pytest
 
 from tests.repo.tree import ROOT
+from tests.unit.apps.mcp.http_clients import HttpClient
 
 pytestmark = [
     pytest.mark.deep,
@@ -51,6 +52,8 @@ SCENARIOS: Final[dict[str, Renaming]] = {
     "tools-call-error": ((b"test_error_handling", b"propose_plan"),),
     "resources-read-text": ((b"test://static-text", b"aeros://policy"),),
     "resources-templates-read": ((b"test://template/123/data", b"aeros://records/123"),),
+    "resources-subscribe": ((b"test://watched-resource", b"aeros://records"),),
+    "resources-unsubscribe": ((b"test://watched-resource", b"aeros://records"),),
     "prompts-get-simple": ((b"test_simple_prompt", b"explain_latest"),),
 }
 """For each scenario, its fixtures, each with the tool or resource of AEROS that takes its place."""
@@ -174,6 +177,9 @@ def presenting_token(server: HttpServerProcess, renaming: Renaming) -> Iterator[
 def test_the_conformance_suite_finds_no_fault(
     scenario: str, packages: Path, served: HttpServerProcess
 ) -> None:
+    # A record that has the number that the suite looks for in the newest 123 records.
+    asking = HttpClient(served.port, Authorization=f"Bearer {served.token}")
+    assert asking.call("tool_123") == "there is no tool `tool_123`"
     suite = packages / "@modelcontextprotocol" / "conformance" / "dist" / "index.js"
     with presenting_token(served, SCENARIOS[scenario]) as port:
         done = run_node(

@@ -94,7 +94,7 @@ def test_a_run_uses_its_module_on_its_plant(environment: Path, tmp_path: Path) -
         environment, tmp_path, "run", "clean it", "--plant", "kit_bench", "--out", "out", "--unsigned"
     )
     assert ran.returncode == 0, ran.stdout + ran.stderr
-    assert "measured on the kit_bench plant: bench_clean = true" in ran.stdout
+    assert "measured   bench_clean = true (kit_bench plant)" in ran.stdout
 
 
 @pytest.mark.deep

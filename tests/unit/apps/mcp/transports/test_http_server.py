@@ -191,3 +191,18 @@ def watch_a_plan(port: int, era: str) -> None:
         await client.call_tool("execute_plan", {"plan": proposed.structured_content["plan"], "wait": 60})
 
     talk_over_http(port, era, conversation)
+
+
+def test_an_open_stream_ends_with_the_server_without_a_traceback(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with cell(dumplings(), tmp_path, FREE) as one, served(one) as port:
+        wanted = {"notifications": {"resourceSubscriptions": ["aeros://records"]}}
+        connection = HttpClient(port).request("subscriptions/listen", wanted)
+        stream = connection.getresponse()
+        while b"acknowledged" not in stream.readline():
+            pass
+    with closing(connection):
+        stream.read()  # `IncompleteRead` if the connection only broke
+    captured = capfd.readouterr()
+    assert (captured.out, captured.err) == ("", "")
