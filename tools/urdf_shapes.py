@@ -54,6 +54,22 @@ def link_vertices(link: ElementTree.Element, urdf: Path) -> Points:
     Raises:
         SystemExit: the link has no shape that can be read, or a mesh is missing.
     """
+    return np.concatenate(link_shapes(link, urdf))
+
+
+def link_shapes(link: ElementTree.Element, urdf: Path) -> list[Points]:
+    """Read each shape of a link, for collisions and for pictures.
+
+    Args:
+        link: the element `link`.
+        urdf: path of the URDF.
+
+    Returns:
+        Of each shape, points in the link's frame whose hull holds it (n, 3), m.
+
+    Raises:
+        SystemExit: the link has no shape that can be read, or a mesh is missing.
+    """
     found: list[Points] = []
     left_out: list[str] = []
     for shape in (*link.findall("collision"), *link.findall("visual")):
@@ -70,7 +86,7 @@ def link_vertices(link: ElementTree.Element, urdf: Path) -> Points:
         )
     if not found:
         raise SystemExit(f"the link `{link.get('name')}` has no shape; give it a mesh, in OBJ or STL")
-    return np.concatenate(found)
+    return found
 
 
 def find_mesh(name: str, urdf: Path) -> Path:
