@@ -222,7 +222,7 @@ def _made_finger(name: str, gripper: TwoFingers, side: float) -> ElementTree.Ele
 
 
 def _add_mass(link: ElementTree.Element, mass: str) -> None:
-    """Give a link a mass, and the moments of inertia that panda.urdf has: such a link does not turn in the hand."""
+    """Give a link a mass and the inertia that panda.urdf has: such a link does not turn in the hand."""
     inertial = ElementTree.SubElement(link, "inertial")
     ElementTree.SubElement(inertial, "mass", value=mass)
     inertia = {"ixx": "0.1", "iyy": "0.1", "izz": "0.1", "ixy": "0", "ixz": "0", "iyz": "0"}
