@@ -64,7 +64,7 @@ def install(folder: Path) -> Installation:
                 archive.extractall(folder / "model")
             # The wheel has its meshes in another folder than its model says.
             text = found.model.read_text().replace('meshdir="assets"', 'meshdir="meshes"')
-            # franka-sim damps by torque, one step late: 200 N·m·s/rad · 1 ms over 0.074 kg·m² is above 2, so a
+            # franka-sim damps by torque, one step late: 200 N·m·s/rad · 1 ms over 0.074 kg·m² is above 2. A
             # wrist that is pushed once swings from step to step at 0.08 rad/s for ever, and never rests.
             text = text.replace('armature="0.074"', f'armature="{_WRIST_ARMATURE}"')
             found.model.write_text(text)
