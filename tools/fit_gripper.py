@@ -15,10 +15,10 @@ import numpy as np
 
 from tools.fit_link_hulls import Points
 from tools.urdf_shapes import (
+    axis_of,
     link_shapes,
     link_vertices,
     number_of,
-    numbers_of,
     pose_of,
     read_urdf,
     transform,
@@ -157,14 +157,9 @@ def _rigid_part(
     return part, moving
 
 
-def _axis_of(joint: ElementTree.Element) -> Points:
-    axis = joint.find("axis")
-    return np.array([1.0, 0.0, 0.0] if axis is None else numbers_of(axis, "xyz", "1 0 0"))
-
-
 def _quarter_turn(joint: ElementTree.Element, place: Points, path: Path) -> Points:
     """Return the turn about z (4, 4) that lays the way of the fingers along y."""
-    x, y, _ = place[:3, :3] @ _axis_of(joint)
+    x, y, _ = place[:3, :3] @ axis_of(joint)
     if abs(y) > _ALONG:
         return np.eye(4)
     if abs(x) > _ALONG:
@@ -190,7 +185,7 @@ def _finger(
         )
     shapes = [transform(where, points) for name, where in part for points in link_shapes(links[name], path)]
     boxes = _outer_boxes([np.array((points.min(axis=0), points.max(axis=0))) for points in shapes])
-    way = float((quarter @ place)[1, :3] @ _axis_of(joint))
+    way = float((quarter @ place)[1, :3] @ axis_of(joint))
     side = float(np.sign(np.mean([box[:, 1].mean() for box in boxes])))
     shifts = [way * number_of(limit, end, "0") for end in ("lower", "upper")]
     inner = min(float((side * box[:, 1]).min()) for box in boxes)

@@ -30,7 +30,7 @@ from tools.fit_gripper import read_gripper_urdf
 from tools.fit_link_hulls import Points, Rows, fit_hull, write_hulls
 from tools.fit_link_hulls import mesh_vertices as hand_vertices
 from tools.search_postures import search_postures
-from tools.urdf_shapes import link_vertices, number_of, numbers_of, pose_of, read_urdf, transform
+from tools.urdf_shapes import axis_of, link_vertices, number_of, pose_of, read_urdf, transform
 
 _TOLERANCE: Final = 1e-6
 
@@ -102,14 +102,15 @@ def read_chain(root: ElementTree.Element) -> tuple[str, list[Joint]]:
         )
     joints, link = [], bases[0]
     while link in by_parent:
+        if len(joints) == len(moving):
+            raise SystemExit(f"the joints of the URDF lead back to the link `{link}`; make them one chain")
         one = by_parent[link]
-        axis = one.find("axis")
         link = _link_of(one, "child")
         joints.append(
             Joint(
                 link,
                 pose_of(one.find("origin")),
-                np.array([1.0, 0.0, 0.0] if axis is None else numbers_of(axis, "xyz", "1 0 0")),
+                axis_of(one),
                 *_range_of(one),
                 one.get("type") == "prismatic",
             )

@@ -213,6 +213,27 @@ def pose_of(origin: ElementTree.Element | None) -> Points:
     return pose
 
 
+def axis_of(joint: ElementTree.Element) -> Points:
+    """Read the axis of a joint.
+
+    Args:
+        joint: the element `joint`.
+
+    Returns:
+        Its direction in the joint's frame (3,), of length 1; x if it is left out.
+
+    Raises:
+        SystemExit: it has other than three numbers, or no direction.
+    """
+    element = joint.find("axis")
+    axis = np.array([1.0, 0.0, 0.0] if element is None else numbers_of(element, "xyz", "1 0 0"))
+    length = float(np.linalg.norm(axis))
+    if length < 1e-6:
+        raise SystemExit(f"the axis of the joint `{joint.get('name')}` has no direction; write `1 0 0`")
+    unit: Points = axis / length
+    return unit
+
+
 def numbers_of(element: ElementTree.Element, name: str, default: str = "", count: int = 3) -> list[float]:
     """Read an attribute that has numbers.
 
