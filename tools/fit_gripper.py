@@ -206,12 +206,12 @@ def _mass_lines(parts: list[tuple[ElementTree.Element, Points]]) -> list[str]:
     """Return mass, centre and inertia of rigid parts together, as lines."""
     masses, centres, tensors = [], [], []
     for link, place in parts:
-        inertial, moments = link.find("inertial"), link.find("inertial/inertia")
-        if inertial is None or moments is None:
+        inertial, inertia = link.find("inertial"), link.find("inertial/inertia")
+        if inertial is None or inertia is None:
             continue
         pose = place @ pose_of(inertial.find("origin"))
         xx, yy, zz, xy, xz, yz = (
-            number_of(moments, key, "0") for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+            number_of(inertia, key, "0") for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
         )
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         masses.append(_mass_of(link))

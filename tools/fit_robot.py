@@ -100,7 +100,8 @@ def read_chain(root: ElementTree.Element) -> tuple[str, list[Joint]]:
         raise SystemExit(
             "the URDF is not one chain of revolute and prismatic joints; remove what branches off, as fingers"
         )
-    joints, link = [], bases[0]
+    joints: list[Joint] = []
+    link = bases[0]
     while link in by_parent:
         if len(joints) == len(moving):
             raise SystemExit(f"the joints of the URDF lead back to the link `{link}`; make them one chain")
