@@ -128,6 +128,18 @@ def is_prismatic(row: Row) -> bool:
     return len(row) == 5
 
 
+def position_unit(row: Row) -> str:
+    """Name the unit of a joint's position.
+
+    Args:
+        row: the joint's modified Denavit-Hartenberg parameters.
+
+    Returns:
+        `m` if the joint slides along its axis, `rad` if it turns about it.
+    """
+    return "m" if is_prismatic(row) else "rad"
+
+
 def zero_angle(row: Row) -> float:
     """Return the angle theta of a joint at its position 0.
 

@@ -1,9 +1,10 @@
 """Make the parts of a robot file that come from a URDF: chain, masses, a ready posture, capsules and hulls.
 
-    .venv/bin/python -m tools.fit_robot URDF NAME FLANGE TURN [ADAPTER]
+    .venv/bin/python -m tools.fit_robot URDF NAME FLANGE TURN [ADAPTER] [--gripper URDF]
 
-It prints `chain`, `ready`, `links` and `capsules` of the robot file, and writes `NAME_hulls.json` into the
-current folder.
+It prints `chain`, `ready`, `lean`, `search`, `links` and `capsules` of the robot file, and writes
+`NAME_hulls.json` into the current folder. With a gripper it prints the parts of `hand` that come from its
+URDF, too; without one the hand is the Franka Hand.
 
 The URDF has one chain of revolute and prismatic joints without branches. Its modified Denavit-Hartenberg
 parameters have the zero posture of the URDF: a row whose x is not the link's there gets a `zero`. The base's
@@ -25,9 +26,11 @@ from scipy.optimize import least_squares, minimize
 from aeros.kinematic_chain import PRISMATIC, Row, frames_of, is_prismatic, mounting_of, zero_angle
 from aeros.runtime.ports import Hull
 from aeros.sim.robot.robot_file import reference_robot
+from tools.fit_gripper import read_gripper_urdf
 from tools.fit_link_hulls import Points, Rows, fit_hull, write_hulls
 from tools.fit_link_hulls import mesh_vertices as hand_vertices
-from tools.urdf_shapes import link_vertices, number_of, numbers_of, pose_of, read_urdf, transform
+from tools.search_postures import search_postures
+from tools.urdf_shapes import axis_of, link_vertices, number_of, pose_of, read_urdf, transform
 
 _TOLERANCE: Final = 1e-6
 
@@ -40,7 +43,10 @@ _PARALLEL: Final = 2e-5
 _ADAPTER_RADIUS: Final = 0.04
 """Radius of what holds the hand, m."""
 
-_READY_PLACES: Final = ((0.45, 0.4), (0.35, 0.4), (0.3, 0.3), (0.6, 0.5))
+_READY_PLACES: Final = (
+    *((0.45, 0.4), (0.35, 0.4), (0.3, 0.3), (0.6, 0.5)),
+    *((0.5, 0.15), (0.4, 0.05), (0.3, 0.1), (0.5, -0.1), (0.7, 0.15), (0.8, 0.4)),
+)
 """Places of the tool in the ready posture, ahead and up, m; the first that the arm reaches is taken."""
 
 _TRIES: Final = 30
@@ -94,16 +100,18 @@ def read_chain(root: ElementTree.Element) -> tuple[str, list[Joint]]:
         raise SystemExit(
             "the URDF is not one chain of revolute and prismatic joints; remove what branches off, as fingers"
         )
-    joints, link = [], bases[0]
+    joints: list[Joint] = []
+    link = bases[0]
     while link in by_parent:
+        if len(joints) == len(moving):
+            raise SystemExit(f"the joints of the URDF lead back to the link `{link}`; make them one chain")
         one = by_parent[link]
-        axis = one.find("axis")
         link = _link_of(one, "child")
         joints.append(
             Joint(
                 link,
                 pose_of(one.find("origin")),
-                np.array([1.0, 0.0, 0.0] if axis is None else numbers_of(axis, "xyz", "1 0 0")),
+                axis_of(one),
                 *_range_of(one),
                 one.get("type") == "prismatic",
             )
@@ -254,12 +262,12 @@ def fit_capsule(points: Points) -> tuple[Points, Points, float]:
     return ends[:3], ends[3:], float(np.ceil((radius_of(ends) + _MARGIN) * 1e4) / 1e4)
 
 
-def ready_posture(rows: Rows, flange: float, turn: float, lowest: Points, highest: Points) -> Points | None:
+def ready_posture(rows: Rows, reach: float, turn: float, lowest: Points, highest: Points) -> Points | None:
     """Find a posture whose tool points down with its fingers closing along y of the base.
 
     Args:
         rows: modified Denavit-Hartenberg parameters of the chain.
-        flange: distance of the hand from the last joint's frame, m.
+        reach: distance of the tool centre point from the last joint's frame, m.
         turn: angle by which the hand is mounted turned, rad.
         lowest: lowest joint positions (joints,), rad or m.
         highest: highest joint positions (joints,), rad or m.
@@ -268,7 +276,7 @@ def ready_posture(rows: Rows, flange: float, turn: float, lowest: Points, highes
         Of the postures found, the one farthest from the limits (joints,), rad or m; None if there is none.
     """
     mountings = [mounting_of(row) for row in rows]
-    tool, (c, s) = (0.0, 0.0, flange + reference_robot().hand.tool), (cos(turn), sin(turn))
+    tool, (c, s) = (0.0, 0.0, reach), (cos(turn), sin(turn))
     random = np.random.default_rng(0)
     margin = np.minimum(_ROOM, (highest - lowest) / 4.0)
     inner, outer = lowest + margin, highest - margin
@@ -305,6 +313,7 @@ def _arguments() -> Namespace:
     parser.add_argument(
         "adapter", type=float, nargs="?", default=0.0, help="length of a cylinder that holds the hand, m"
     )
+    parser.add_argument("--gripper", type=Path, help="the URDF of a gripper with two parallel fingers")
     return parser.parse_args()
 
 
@@ -312,6 +321,8 @@ def main() -> None:
     """Print and write the parts of the robot file."""
     asked = _arguments()
     name, flange, turn = asked.name, asked.flange, asked.turn
+    gripper = None if asked.gripper is None else read_gripper_urdf(asked.gripper)
+    tool = reference_robot().hand.tool if gripper is None else gripper.tool
     root = read_urdf(asked.urdf)
     base, joints = read_chain(root)
     links = {one.get("name", ""): one for one in root.findall("link")}
@@ -325,9 +336,12 @@ def main() -> None:
         kind = ", joint: prismatic" if is_prismatic(row) else ""
         print(f"  - {{length: {row[0]!r}, twist: {row[1]!r}, offset: {row[2]!r}{zero}{kind}}}")
     lowest, highest = (np.array([getattr(one, end) for one in joints]) for end in ("lowest", "highest"))
-    ready = ready_posture(rows, flange, turn, lowest, highest)
+    ready = ready_posture(rows, flange + tool, turn, lowest, highest)
     shown = "# none was found: try another flange or turn" if ready is None else ready.round(9).tolist()
     print(f"ready: {shown}")
+    if ready is not None:
+        lean, search = search_postures(rows, flange + tool, turn, (lowest, highest), ready.round(9))
+        print(f"lean: {lean}", "search:", *(f"  - {row}" for row in search), sep="\n")
     print("links:")
     for joint, moved in zip(joints, offsets, strict=True):
         _print_mass(links[joint.child], moved)
@@ -336,8 +350,15 @@ def main() -> None:
         shapes[f"link{number}"] = (number, transform(moved, link_vertices(links[joint.child], asked.urdf)))
     last = f"link{len(rows)}"
     shapes[last] = (len(rows), np.concatenate((shapes[last][1], _cylinder(flange - asked.adapter, flange))))
+    mount = reference_robot().hand
     for part in ("hand", "fingers"):
-        shapes[part] = (len(rows), _mounted(hand_vertices(part), flange, turn))
+        if gripper is None:
+            points = _mounted(hand_vertices(part), flange - mount.flange, turn - mount.turn)
+        else:
+            points = _mounted(gripper.palm if part == "hand" else gripper.fingers, flange, turn)
+        shapes[part] = (len(rows), points)
+    if gripper is not None:
+        print("hand:", "  model: two_fingers", *gripper.lines, sep="\n")
     print("capsules:")
     for link, (number, points) in shapes.items():
         a, b, radius = fit_capsule(points)
@@ -356,12 +377,11 @@ def _cylinder(low: float, high: float) -> Points:
     return np.vstack([np.column_stack((ring, np.full(16, height))) for height in (low, high)])
 
 
-def _mounted(points: Points, flange: float, turn: float) -> Points:
-    """Move the hand of the reference robot to another flange and angle."""
-    mount = reference_robot().hand
-    c, s = cos(turn - mount.turn), sin(turn - mount.turn)
+def _mounted(points: Points, along: float, turn: float) -> Points:
+    """Move points along z, m, and turn them about it, rad."""
+    c, s = cos(turn), sin(turn)
     x, y, z = points.T
-    return np.stack((c * x - s * y, s * x + c * y, z - mount.flange + flange), axis=1)
+    return np.stack((c * x - s * y, s * x + c * y, z + along), axis=1)
 
 
 def _print_mass(link: ElementTree.Element, moved: Points) -> None:

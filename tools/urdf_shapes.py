@@ -54,6 +54,22 @@ def link_vertices(link: ElementTree.Element, urdf: Path) -> Points:
     Raises:
         SystemExit: the link has no shape that can be read, or a mesh is missing.
     """
+    return np.concatenate(link_shapes(link, urdf))
+
+
+def link_shapes(link: ElementTree.Element, urdf: Path) -> list[Points]:
+    """Read each shape of a link, for collisions and for pictures.
+
+    Args:
+        link: the element `link`.
+        urdf: path of the URDF.
+
+    Returns:
+        Of each shape, points in the link's frame whose hull holds it (n, 3), m.
+
+    Raises:
+        SystemExit: the link has no shape that can be read, or a mesh is missing.
+    """
     found: list[Points] = []
     left_out: list[str] = []
     for shape in (*link.findall("collision"), *link.findall("visual")):
@@ -70,7 +86,7 @@ def link_vertices(link: ElementTree.Element, urdf: Path) -> Points:
         )
     if not found:
         raise SystemExit(f"the link `{link.get('name')}` has no shape; give it a mesh, in OBJ or STL")
-    return np.concatenate(found)
+    return found
 
 
 def find_mesh(name: str, urdf: Path) -> Path:
@@ -195,6 +211,27 @@ def pose_of(origin: ElementTree.Element | None) -> Points:
     ]
     pose[:3, 3] = numbers_of(origin, "xyz", "0 0 0")
     return pose
+
+
+def axis_of(joint: ElementTree.Element) -> Points:
+    """Read the axis of a joint.
+
+    Args:
+        joint: the element `joint`.
+
+    Returns:
+        Its direction in the joint's frame (3,), of length 1; x if it is left out.
+
+    Raises:
+        SystemExit: it has other than three numbers, or no direction.
+    """
+    element = joint.find("axis")
+    axis = np.array([1.0, 0.0, 0.0] if element is None else numbers_of(element, "xyz", "1 0 0"))
+    length = float(np.linalg.norm(axis))
+    if length < 1e-6:
+        raise SystemExit(f"the axis of the joint `{joint.get('name')}` has no direction; write `1 0 0`")
+    unit: Points = axis / length
+    return unit
 
 
 def numbers_of(element: ElementTree.Element, name: str, default: str = "", count: int = 3) -> list[float]:

@@ -43,7 +43,7 @@ class CommandedJoints:
         """Say why a motion cannot begin here.
 
         Args:
-            start: positions at its start, rad.
+            start: positions at its start, rad or m.
 
         Returns:
             The reason; None if it can.
@@ -51,7 +51,7 @@ class CommandedJoints:
         away = self._distance(self.at(start), start)
         if away <= self._tolerance:
             return None
-        return f"stale: the motion begins {away:.6f} rad from where the arm is commanded"
+        return f"stale: the motion begins {away:.6f} rad or m from where the arm is commanded"
 
     @staticmethod
     def _distance(one: Joints, other: Joints) -> float:

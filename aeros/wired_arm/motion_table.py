@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Final
 
+from aeros.kinematic_chain import position_unit
 from aeros.runtime.ports import MotionCompletion, MotionHandle, PlannedMotion, PlantLostError, Trajectory
 from aeros.sim.robot.motions import JOINT_ARRIVAL_TOLERANCE
 from aeros.skill import Action
@@ -213,13 +215,17 @@ class MotionTable:
             return MotionCompletion(False, f"moving: {unrest}") if unrest else None
         if running.is_halting or end.is_braked:
             return MotionCompletion(False, "halted")
-        miss = max(abs(a - b) for a, b in zip(self._arm.state.q, plan.joint_paths[0][-1][3], strict=True))
+        ways = [abs(a - b) for a, b in zip(self._arm.state.q, plan.joint_paths[0][-1][3], strict=True)]
+        miss, row = max(zip(ways, plan.body.dh_rows, strict=True), key=itemgetter(0))
         if miss > JOINT_ARRIVAL_TOLERANCE:
-            return MotionCompletion(False, f"blocked: a joint stopped {miss:.3f} rad from its target")
+            unit = position_unit(row)
+            return MotionCompletion(False, f"blocked: a joint stopped {miss:.3f} {unit} from its target")
         return MotionCompletion(True)
 
     def _unrest_of_arm(self, waited: float) -> str:
         speed = max(map(abs, self._arm.state.dq))
         return (
-            f"a joint still moves at {speed:.3f} rad/s after {waited:.2g} s" if waited > SETTLE_TIME else ""
+            f"a joint still moves at {speed:.3f} rad/s or m/s after {waited:.2g} s"
+            if waited > SETTLE_TIME
+            else ""
         )

@@ -6,10 +6,12 @@ So a motion of the real arm has the same path and the same timing as that of a s
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import itemgetter
 from typing import Final
 
 import numpy as np
 
+from aeros.kinematic_chain import position_unit
 from aeros.runtime.ports import MotionCompletion, PlannedMotion, Trajectory, Vec3
 from aeros.sim.robot.errors import ActionRejectedError
 from aeros.sim.robot.limits import Vector
@@ -194,7 +196,8 @@ class MotionPlanner:
             The reason; None if it begins there.
         """
         start = plan.joint_paths[0][0][0]
-        away = max(abs(a - b) for a, b in zip(self._robot.q_command, start, strict=True))
+        ways = [abs(a - b) for a, b in zip(self._robot.q_command, start, strict=True)]
+        away, row = max(zip(ways, plan.body.dh_rows, strict=True), key=itemgetter(0))
         if away <= self._start_tolerance:
             return None
-        return f"stale: the plan starts {away:.4f} rad from where the arm is commanded"
+        return f"stale: the plan starts {away:.4f} {position_unit(row)} from where the arm is commanded"

@@ -1,7 +1,8 @@
 """Load a robot into PyBullet: from a URDF that comes with it, or from one made of hulls and masses.
 
-The hand is that of PyBullet's panda.urdf. Its soft finger pads (30 kN/m) stay: force control through rigid
-pads bounces. What the file glues to the fingers (`friction_anchor`) does not.
+The hand is that of PyBullet's panda.urdf, or made of its hull and the boxes of its fingers. The file's soft
+finger pads (30 kN/m) stay: force control through rigid pads bounces. What the file glues to the fingers
+(`friction_anchor`) does not.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from aeros.kinematic_chain import is_prismatic, mounting_of, roll_pitch_yaw
 from aeros.runtime.ports import Hull
 from aeros.sim.bullet.body_factory import load_model
 from aeros.sim.bullet.client import DATA, bullet
-from aeros.sim.robot.model import LinkMass, RobotModel, StockUrdf
+from aeros.sim.robot.model import LinkMass, RobotModel, StockUrdf, TwoFingers
 from aeros.sim.robot.robot import CARRIAGE_EDGES, RobotOptions
 from aeros.spec.text.files import read_source
 
@@ -25,6 +26,14 @@ _HAND_FOLDER: Final = "franka_panda"
 _HAND_JOINT: Final = "panda_hand_joint"
 _FINGERS: Final = ("panda_finger_joint1", "panda_finger_joint2")
 _TOOL_JOINT: Final = "panda_grasptarget_hand"
+
+_PAD: Final = {
+    "stiffness": "30000.0",
+    "damping": "1000.0",
+    "spinning_friction": "0.1",
+    "lateral_friction": "1.0",
+}
+"""Contact of the fingers, as of PyBullet's panda.urdf."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +153,8 @@ def _made_urdf(model: RobotModel, folder: str) -> str:
         )
         root.append(joint)
         parent = name
-    root.extend(_hand(model, parent))
+    gripper = model.hand.gripper
+    root.extend(_hand(model, parent) if gripper is None else _made_hand(model, gripper, parent, folder))
     return ElementTree.tostring(root, encoding="unicode")
 
 
@@ -166,6 +176,57 @@ def _hand(model: RobotModel, parent: str) -> Iterator[ElementTree.Element]:
         carried = joint.find("child")
         assert carried is not None  # noqa: S101  for the type checker
         yield links[carried.get("link", "")]
+
+
+def _made_hand(
+    model: RobotModel, gripper: TwoFingers, parent: str, folder: str
+) -> Iterator[ElementTree.Element]:
+    """Yield links and joints of a hand made of its hull, the boxes of its fingers and their masses.
+
+    Links and joints have the names of PyBullet's hand, and its soft pads.
+    """
+    mount = model.hand
+    (hull,) = (one for one in model.body.hulls if one.link == "hand")
+    corners = tuple(mount.from_last_joint(corner) for corner in hull.corners)
+    yield _link("panda_hand", hull._replace(corners=corners), gripper.palm, folder)
+    place, turn = (0.0, 0.0, mount.flange), (0.0, 0.0, mount.turn)
+    yield _joint(_HAND_JOINT, "fixed", parent, "panda_hand", place, turn)
+    for name, side in zip(_FINGERS, (1.0, -1.0), strict=True):
+        yield _made_finger(f"{name}_link", gripper, side)
+        joint = _joint(name, "prismatic", "panda_hand", f"{name}_link", (0.0,) * 3, (0.0,) * 3)
+        ElementTree.SubElement(joint, "axis", xyz=_numbers((0.0, side, 0.0)))
+        limits = {"lower": 0.0, "upper": mount.widest_gap / 2.0, "effort": mount.greatest_force}
+        texts = {key: repr(value) for key, value in (limits | {"velocity": mount.finger_speed}).items()}
+        ElementTree.SubElement(joint, "limit", texts)
+        yield joint
+    target = ElementTree.Element("link", name="panda_grasptarget")
+    _add_mass(target, "0.0")
+    yield target
+    yield _joint(_TOOL_JOINT, "fixed", "panda_hand", "panda_grasptarget", (0.0, 0.0, mount.tool), (0.0,) * 3)
+
+
+def _made_finger(name: str, gripper: TwoFingers, side: float) -> ElementTree.Element:
+    """Return a finger made of boxes; the one on the side -1 is turned by 180 degrees about z."""
+    link = ElementTree.Element("link", name=name)
+    contact = ElementTree.SubElement(link, "contact")
+    for key, value in _PAD.items():
+        ElementTree.SubElement(contact, key, value=value)
+    _add_mass(link, repr(gripper.finger_mass))
+    for edges, (x, y, z) in gripper.boxes:
+        for kind in ("visual", "collision"):
+            shape = ElementTree.SubElement(link, kind)
+            ElementTree.SubElement(shape, "origin", xyz=_numbers((side * x, side * y, z)))
+            geometry = ElementTree.SubElement(shape, "geometry")
+            ElementTree.SubElement(geometry, "box", size=_numbers(edges))
+    return link
+
+
+def _add_mass(link: ElementTree.Element, mass: str) -> None:
+    """Give a link a mass and the inertia that panda.urdf has: such a link does not turn in the hand."""
+    inertial = ElementTree.SubElement(link, "inertial")
+    ElementTree.SubElement(inertial, "mass", value=mass)
+    inertia = {"ixx": "0.1", "iyy": "0.1", "izz": "0.1", "ixy": "0", "ixz": "0", "iyz": "0"}
+    ElementTree.SubElement(inertial, "inertia", inertia)
 
 
 def _joint(

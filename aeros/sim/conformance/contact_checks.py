@@ -59,13 +59,17 @@ def a_servo_motion_stays_near_its_paths(subject: PlantUnderTest) -> None:
         away = _max_excess(joints, near, servo.joint_tolerance)
         if away > subject.tracking_tolerance:
             away, near = min((_max_excess(joints, point, servo.joint_tolerance), point) for point in points)
-        require(away <= subject.tracking_tolerance, f"in contact a joint is {away:.4f} rad beyond its slack")
+        require(
+            away <= subject.tracking_tolerance, f"in contact a joint is {away:.4f} rad or m beyond its slack"
+        )
     if subject.period is None:
         return
     for before, after in pairwise(seen):
         for a, b, limit in zip(before, after, servo.speed, strict=True):
             speed = abs(b - a) / subject.period
-            require(speed <= limit + subject.max_overshoot, f"in contact a joint reaches {speed:.4f} rad/s")
+            require(
+                speed <= limit + subject.max_overshoot, f"in contact a joint reaches {speed:.4f} rad/s or m/s"
+            )
     mountings = [mounting_of(row) for row in plan.body.dh_rows]
     tools = [frames_of(mountings, joints)[-1].to_base(plan.body.tool_offset) for joints in seen]
     for start, end in zip(tools, tools[_WINDOW_TICKS:], strict=False):
@@ -140,7 +144,8 @@ def motions_of_arm_and_base_together_are_each_as_decided(subject: PlantUnderTest
         joints, _ = expected_position(reach, _path_share(reach, time - reached))
         away = max(abs(a - b) for a, b in zip(values[subject.joint_variable], joints, strict=True))
         require(
-            away <= subject.tracking_tolerance, f"{time - reached:.3f} s on, a joint is {away:.4f} rad off"
+            away <= subject.tracking_tolerance,
+            f"{time - reached:.3f} s on, a joint is {away:.4f} rad or m off",
         )
 
 

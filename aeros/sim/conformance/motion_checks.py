@@ -35,7 +35,7 @@ def the_executed_motion_is_the_decided_one(subject: PlantUnderTest) -> None:
     if not isinstance(plan, Trajectory):
         joints = [values[subject.joint_variable] for _, values in seen]
         away = max(dist(position, joints[0]) for position in joints)
-        require(away <= subject.noise, f"it must move no joint, but moved one by {away} rad")
+        require(away <= subject.noise, f"it must move no joint, but moved one by {away} rad or m")
         return
     require(plan.servo is None, "`motion_action` must be an action with a planned path")
     for time, values in seen:
@@ -43,7 +43,8 @@ def the_executed_motion_is_the_decided_one(subject: PlantUnderTest) -> None:
         profile, base = expected_position(plan, min(1.0, since / plan.duration))
         away = max(abs(a - b) for a, b in zip(values[subject.joint_variable], profile, strict=True))
         require(
-            away <= subject.tracking_tolerance, f"{since:.3f} s on, a joint is {away:.4f} rad off its path"
+            away <= subject.tracking_tolerance,
+            f"{since:.3f} s on, a joint is {away:.4f} rad or m off its path",
         )
         off = dist(values.get(subject.base_variable, base), base)
         require(off <= subject.tracking_tolerance, f"{since:.3f} s on, the base is {off:.4f} m off its way")

@@ -178,7 +178,7 @@ def the_monitor_may_observe_and_changes_nothing_by_it(subject: PlantUnderTest) -
     away = dist(ends[0][1], ends[1][1])
     require(
         away <= 2.0 * subject.tracking_tolerance,
-        f"a motion that the monitor observes ends {away:.4f} rad from where it ends unobserved",
+        f"a motion that the monitor observes ends {away:.4f} rad or m from where it ends unobserved",
     )
 
 

@@ -71,7 +71,8 @@ def a_planned_motion_begins_where_the_robot_is(subject: PlantUnderTest) -> None:
         abs(a - b) for a, b in zip(plan.joint_paths[0][0][0], measured[subject.joint_variable], strict=True)
     )
     require(
-        away <= subject.tracking_tolerance, f"a planned motion begins {away} rad from where the joints are"
+        away <= subject.tracking_tolerance,
+        f"a planned motion begins {away} rad or m from where the joints are",
     )
 
 

@@ -243,7 +243,7 @@ def _require_braking_distance(
         require(dist(speeds, [0.0] * len(speeds)) > 0.0, "nothing moved at the time of the stop")
         for v, a, was, now in zip(speeds, subject.deceleration, last, rest, strict=True):
             way = (now - was) * (1.0 if v > 0.0 else -1.0)
-            _check_braking(subject, abs(v), a, way, "a joint", "rad")
+            _check_braking(subject, abs(v), a, way, "a joint", "rad or m")
     if subject.base_deceleration:
         before, last = (values[subject.base_variable] for values in moving[-2:])
         rest = after[subject.base_variable]

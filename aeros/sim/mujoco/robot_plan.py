@@ -7,13 +7,13 @@ franka_ros, Apache-2.0).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import cos, pi, sin, tan
+from math import cos, pi, sin
 from typing import Final
 
 import numpy as np
 
 from aeros.kinematic_chain import is_prismatic, zero_angle
-from aeros.sim.geometry import UPRIGHT, Pose, Vector3
+from aeros.sim.geometry import UPRIGHT, Pose, Vector3, add
 from aeros.sim.mujoco.plans import (
     AT_ORIGIN,
     Friction,
@@ -23,7 +23,7 @@ from aeros.sim.mujoco.plans import (
     ShapePlan,
     inertia_of_shapes,
 )
-from aeros.sim.robot.model import HandMount, RobotModel
+from aeros.sim.robot.model import HandMount, LinkMass, RobotModel, TwoFingers
 from aeros.sim.robot.robot import CARRIAGE_EDGES, RobotOptions
 
 FINGERS: Final = ("left_finger", "right_finger")
@@ -117,7 +117,7 @@ def _arm(model: RobotModel, drives: bool) -> Iterator[LinkPlan]:
     parent, dynamics, limits = "foot", model.dynamics, model.limits
     rows = zip(model.body.dh_rows, dynamics.links, arm_joints(model), strict=True)
     for number, (row, masses, joint_name) in enumerate(rows, 1):
-        name, (xx, yy, zz, xy, xz, yz) = f"link{number}", masses.inertia
+        name = f"link{number}"
         length, twist, offset, *_ = row
         zero = zero_angle(row)
         # Modified Denavit–Hartenberg: turn by the twist about x after a step along x, then along and about z.
@@ -139,17 +139,16 @@ def _arm(model: RobotModel, drives: bool) -> Iterator[LinkPlan]:
             dynamics.damping,
             dynamics.armature,
         )
-        matrix = np.array(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
-        inertia = Inertia(masses.mass, masses.centre, matrix)
-        yield LinkPlan(name, parent, place, joint, inertia, _hull_of(model, name), _LINK_FRICTION)
+        yield LinkPlan(name, parent, place, joint, _inertia_of(masses), _hull_of(model, name), _LINK_FRICTION)
         parent = name
 
 
 def _hand(model: RobotModel, friction: float) -> Iterator[LinkPlan]:
     last, hull = f"link{model.joint_count}", _hull_in_hand(model)
-    yield LinkPlan("hand", last, _mounted(model.hand), None, _HAND, hull, _LINK_FRICTION)
+    palm, finger, shapes, base = _gripper_parts(model.hand.gripper)
+    yield LinkPlan("hand", last, _mounted(model.hand), None, palm, hull, _LINK_FRICTION)
     for name, turn in zip(FINGERS, (0.0, pi), strict=True):
-        place = Pose((0.0, 0.0, _FINGER_BASE), (0.0, 0.0, sin(turn / 2.0), cos(turn / 2.0)))
+        place = Pose((0.0, 0.0, base), (0.0, 0.0, sin(turn / 2.0), cos(turn / 2.0)))
         joint = JointPlan(
             f"{name}_joint",
             True,
@@ -158,7 +157,28 @@ def _hand(model: RobotModel, friction: float) -> Iterator[LinkPlan]:
             damping=_FINGER_DAMPING,
             armature=_FINGER_ARMATURE,
         )
-        yield LinkPlan(name, "hand", place, joint, _FINGER, _FINGER_SHAPES, _PAD._replace(lateral=friction))
+        yield LinkPlan(name, "hand", place, joint, finger, shapes, _PAD._replace(lateral=friction))
+
+
+def _gripper_parts(gripper: TwoFingers | None) -> tuple[Inertia, Inertia, tuple[ShapePlan, ...], float]:
+    """Return the palm's mass, a finger's mass and shapes, and the height of the finger's frame, m."""
+    if gripper is None:
+        return _HAND, _FINGER, _FINGER_SHAPES, _FINGER_BASE
+    shapes = tuple(ShapePlan("box", edges, Pose(middle, UPRIGHT)) for edges, middle in gripper.boxes)
+    volumes = [shape.volume for shape in shapes]
+    x, y, z = (
+        sum(share * shape.place.position[axis] for share, shape in zip(volumes, shapes, strict=True))
+        / sum(volumes)
+        for axis in range(3)
+    )
+    around = [one._replace(place=Pose(add(one.place.position, (-x, -y, -z)), UPRIGHT)) for one in shapes]
+    finger = inertia_of_shapes(gripper.finger_mass, around)._replace(centre=(x, y, z))
+    return _inertia_of(gripper.palm), finger, shapes, 0.0
+
+
+def _inertia_of(link: LinkMass) -> Inertia:
+    xx, yy, zz, xy, xz, yz = link.inertia
+    return Inertia(link.mass, link.centre, np.array(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))))
 
 
 def _hull_of(model: RobotModel, link: str) -> tuple[ShapePlan, ...]:
@@ -171,12 +191,8 @@ def _hull_of(model: RobotModel, link: str) -> tuple[ShapePlan, ...]:
 
 def _hull_in_hand(model: RobotModel) -> tuple[ShapePlan, ...]:
     """Return the hull of the hand, whose corners are in the frame of the last joint, in the hand's."""
-    # With the tangent, which is then exact, turns by 45 degrees add no rounding of their own.
-    c, t, flange = cos(model.hand.turn), round(tan(model.hand.turn), 12), model.hand.flange
     return tuple(
-        shape._replace(
-            corners=tuple((c * (x + t * y), c * (y - t * x), z - flange) for x, y, z in shape.corners)
-        )
+        shape._replace(corners=tuple(map(model.hand.from_last_joint, shape.corners)))
         for shape in _hull_of(model, "hand")
     )
 

@@ -214,7 +214,9 @@ def solve_ik_one(arm: RobotModel, p_BT: Vector, yaw: float, start: Vector) -> Ve
 def ik_step(arm: RobotModel, p_BT: Vector, yaw: float, q: Vector, posture: Vector) -> Vector:
     """Take one Newton step towards a pose nearby, for servoing at every tick.
 
-    The spare degree of freedom goes half of its way to `posture`.
+    The spare degrees of freedom go half of their way to `posture`. Of an arm with prismatic joints, the
+    correction of the pose is shared as `RobotModel.servo_shares` says: with equal shares a linear axis
+    would follow the tool, and the arm would leave the posture of its planned path.
 
     Args:
         arm: the robot.
@@ -230,8 +232,9 @@ def ik_step(arm: RobotModel, p_BT: Vector, yaw: float, q: Vector, posture: Vecto
     error = pose_error(p, R, p_BT[None, :], downward_rotations(np.array([yaw])))[0]
     jacobian = J[0]
     lean = 0.5 * (posture - q)
-    inner = np.linalg.solve(jacobian @ jacobian.T + _SMALL_DAMPING, error - jacobian @ lean)
-    return _clamp_to_limits(arm, q + lean + jacobian.T @ inner)
+    moved = jacobian if arm.all_turn else jacobian * arm.servo_shares
+    inner = np.linalg.solve(moved @ jacobian.T + _SMALL_DAMPING, error - jacobian @ lean)
+    return _clamp_to_limits(arm, q + lean + moved.T @ inner)
 
 
 def _clamp_to_limits(arm: RobotModel, q: Vector) -> Vector:

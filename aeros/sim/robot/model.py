@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import hypot
+from math import cos, hypot, tan
 from typing import Final
 
 import numpy as np
@@ -30,6 +30,39 @@ _LIMIT_MARGIN: Final = 0.02
 
 
 @dataclass(frozen=True)
+class LinkMass:
+    """Mass of a link.
+
+    Attributes:
+        mass: kg.
+        centre: centre of mass in the frame of the link's joint, of a palm in that of the hand, m.
+        inertia: xx, yy, zz, xy, xz and yz about the centre of mass, kg·m².
+    """
+
+    mass: float
+    centre: Vec3
+    inertia: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class TwoFingers:
+    """A gripper whose two fingers move in parallel, in the frame of the hand, fingers closed.
+
+    That frame has its origin on the flange, z along the last joint's axis, and y along the way of the
+    fingers. The second finger is the first one, turned by 180 degrees about z.
+
+    Attributes:
+        palm: mass of the hand without its fingers; its shape is the hull of the link `hand`.
+        finger_mass: of one finger, kg.
+        boxes: boxes of the finger on the side of +y: lengths of the edges and middle, m.
+    """
+
+    palm: LinkMass
+    finger_mass: float
+    boxes: tuple[tuple[Vec3, Vec3], ...]
+
+
+@dataclass(frozen=True)
 class HandMount:
     """A gripper with two fingers, and its mounting on the last joint.
 
@@ -40,6 +73,7 @@ class HandMount:
         widest_gap: widest distance between the finger pads, m.
         finger_speed: greatest speed of one finger, m/s.
         greatest_force: greatest continuous grip force, N.
+        gripper: masses and finger shapes of another gripper than the Franka Hand; None for this one.
     """
 
     flange: float
@@ -48,6 +82,21 @@ class HandMount:
     widest_gap: float
     finger_speed: float
     greatest_force: float
+    gripper: TwoFingers | None = None
+
+    def from_last_joint(self, point: Vec3) -> Vec3:
+        """Express a point of the last joint's frame in that of the hand.
+
+        Args:
+            point: in the frame of the last joint, m.
+
+        Returns:
+            The same point in the frame of the hand, m.
+        """
+        # With the tangent, which is then exact, turns by 45 degrees add no rounding of their own.
+        x, y, z = point
+        c, t = cos(self.turn), round(tan(self.turn), 12)
+        return (c * (x + t * y), c * (y - t * x), z - self.flange)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,21 +133,6 @@ class ServoSettings:
     stiffness: tuple[float, ...]
     damping: tuple[float, ...]
     felt_torque: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class LinkMass:
-    """Mass of a link.
-
-    Attributes:
-        mass: kg.
-        centre: centre of mass in the frame of the link's joint, m.
-        inertia: xx, yy, zz, xy, xz and yz about the centre of mass, kg·m².
-    """
-
-    mass: float
-    centre: Vec3
-    inertia: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -207,6 +241,16 @@ class RobotModel:
     def all_turn(self) -> bool:
         """True if no joint is prismatic."""
         return not self.slides.any()
+
+    @cached_property
+    def servo_shares(self) -> Vector:
+        """Share of each joint in the correction of a pose at a tick (n,): w⁻² of a joint of weight w.
+
+        The weight is that of `lean_weights`, at least 1, and ten times it for a prismatic joint: 1 m counts
+        as 10 rad.
+        """
+        weights: Vector = np.maximum(self.postures.lean_weights, 1.0) * (1.0 + 9.0 * self.slides)
+        return weights**-2.0
 
     @cached_property
     def turning_ends(self) -> tuple[int, int]:

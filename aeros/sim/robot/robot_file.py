@@ -15,14 +15,14 @@ from typing import Any, Final
 import numpy as np
 
 from aeros.kinematic_chain import PRISMATIC, Row
-from aeros.runtime.ports import Hull, RobotBody, Vec3
+from aeros.runtime.ports import Hull, RobotBody
 from aeros.sim.robot.body import Capsule, enclosing_balls
+from aeros.sim.robot.gripper import finger_outside, point_of, read_gripper, read_mass
 from aeros.sim.robot.kinematics import forward_kinematics
 from aeros.sim.robot.limits import JointLimits, ToolPointLimits, Vector
 from aeros.sim.robot.model import (
     Dynamics,
     HandMount,
-    LinkMass,
     Postures,
     RobotModel,
     ServoSettings,
@@ -65,6 +65,9 @@ _FARTHEST_SLIDE: Final = 100.0
 
 _ROUNDING: Final = 1e-9
 """Share of a limit by which a site may exceed it, as both are rounded."""
+
+_HELD: Final = "held"
+"""Name by which barriers call a held object."""
 
 _TILT: Final = 1e-3
 """Greatest tilt and yaw of the tool in the ready posture, rad."""
@@ -135,6 +138,8 @@ def robot_of(site: Site) -> RobotModel:
         name = str(Path(site.span.source.path).parent / name)
     robot = read_robot(name)
     excesses = [] if site.robot is None or site.motion is None else list(_excesses(site.motion, robot))
+    if site.robot is not None:
+        excesses += _misfits(site, robot)
     if excesses:
         help_ = (
             f"keep `motion` of the site inside the limits of `{robot.name}`, its levers no shorter than its "
@@ -145,6 +150,20 @@ def robot_of(site: Site) -> RobotModel:
         named = SpanLabel(site.span.source.span(start, end))
         raise UserError([Diagnostic("AE208", text, named, help=help_) for text in excesses])
     return robot
+
+
+def _misfits(site: Site, robot: RobotModel) -> Iterator[str]:
+    """Yield what a site says of other links, and of a narrower gripper, than the robot has, as sentences."""
+    links = {one.link for one in robot.body.hulls} | {_HELD}
+    for barrier in () if site.motion is None else site.motion.barriers:
+        unknown = [name for name in barrier.links or () if name not in links]
+        if unknown:
+            listed = ", ".join(f"`{name}`" for name in unknown)
+            yield f"the barrier `{barrier.id}` names {listed}; the robot has no such link"
+    gap = site.state.get("finger_gap")
+    widest = robot.hand.widest_gap
+    if gap is not None and gap.range is not None and float(gap.range[1]) < widest * (1.0 - _ROUNDING):
+        yield f"`finger_gap` of the site ends at {float(gap.range[1]):g} m; the hand opens to {widest:g} m"
 
 
 def _excesses(policy: MotionPolicy, robot: RobotModel) -> Iterator[str]:
@@ -198,6 +217,7 @@ def _read(path: Path) -> RobotModel:
     model = _RobotReader(file, path, diagnostics).read()
     diagnostics.raise_if_errors()
     _check_ready_posture(model, file, diagnostics)
+    _check_hand(model, file, diagnostics)
     diagnostics.raise_if_errors()
     return model
 
@@ -230,6 +250,7 @@ class _RobotReader:
             self._quantity(hand.widest_gap, LENGTH),
             self._quantity(hand.finger_speed, _SPEED),
             self._quantity(hand.greatest_force, FORCE),
+            read_gripper(hand, self._diagnostics),
         )
         hulls, exempt = self._hulls()
         body = RobotBody(
@@ -331,14 +352,8 @@ class _RobotReader:
         dynamics = self._file.dynamics
         if len(dynamics.links) != self._joints:
             self._wrong_count("`links`", len(dynamics.links), dynamics.span)
-        for link in dynamics.links:
-            if link.mass.value <= 0 or min(one.value for one in link.inertia[:3]) <= 0:
-                self._report("a link without mass or moment of inertia", link.span, "give it more than 0")
         self._not_negative(dynamics.armature, dynamics.damping, dynamics.dry_friction)
-        masses = tuple(
-            LinkMass(_float(one.mass), _point(one.centre), tuple(_float(part) for part in one.inertia))
-            for one in dynamics.links
-        )
+        masses = tuple(read_mass(one, self._diagnostics) for one in dynamics.links)
         return Dynamics(
             masses, _float(dynamics.armature), _float(dynamics.damping), _float(dynamics.dry_friction)
         )
@@ -354,7 +369,7 @@ class _RobotReader:
         if one.radius.value <= 0:
             self._report(f"the radius of `{name}` is not above 0 m", one.radius.span, _ABOVE_0)
         radius = _float(one.radius) if one.radius.value > 0 else 1.0
-        return Capsule(name, joint, _point(one.a), _point(one.b), radius)
+        return Capsule(name, joint, point_of(one.a), point_of(one.b), radius)
 
     def _joint_of(self, link: str) -> int | None:
         """Return the number of joints that move a link; None if there is none of that name."""
@@ -451,6 +466,23 @@ class _RobotReader:
         self._diagnostics.error("AE208", headline, span, help=(cure,))
 
 
+def _check_hand(model: RobotModel, file: declared.Robot, diagnostics: Diagnostics) -> None:
+    """Report fingers outside their enclosures, and a URDF of PyBullet, which has its own hand."""
+    if model.hand.gripper is None:
+        return
+    if file.urdf is not None:
+        text = "the URDF of PyBullet has the Franka Hand, and this hand is another one"
+        diagnostics.error("AE208", text, file.urdf.span, help=("remove `urdf`: one is made of the hulls",))
+    found = finger_outside(model.hand, model.capsules, model.body.hulls)
+    if found is not None:
+        kind, distance = found
+        text = (
+            f"the {kind} of `fingers` does not hold the fingers: a corner is {1e3 * distance:.2g} mm outside"
+        )
+        cure = "make the capsules and hulls with tools/fit_robot.py and its `--gripper`"
+        diagnostics.error("AE208", text, file.hand.span, help=(cure,))
+
+
 def _check_ready_posture(model: RobotModel, file: declared.Robot, diagnostics: Diagnostics) -> None:
     """Report a ready posture outside the limits, or in which the tool does not point down with yaw 0."""
     ready, span = model.postures.ready, file.postures.ready.span
@@ -485,8 +517,3 @@ def _row(declared_row: declared.ChainRow) -> Row:
 
 def _float(number: NumberField) -> float:
     return float(number.value)
-
-
-def _point(numbers: Sequence[NumberField]) -> Vec3:
-    x, y, z = map(_float, numbers)
-    return (x, y, z)

@@ -95,10 +95,6 @@ def plan_slide(robot: Robot, parameters: ActionParameters, base_motion: Trajecto
     force = parameters.number("force", 0.5, 60.0)
     speed = parameters.number("speed", 1e-3, 0.5)
     parameters.reject_unread()
-    if not robot.model.all_turn:
-        raise ActionRejectedError(
-            "unknown kind: `slide` on an arm with prismatic joints: its servo would leave the planned paths"
-        )
     if base_motion is not None:
         raise ActionRejectedError("not allowed while the base drives: the pressed object would be dragged")
     start, yaw = robot.tool_command()

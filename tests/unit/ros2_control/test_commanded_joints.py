@@ -27,5 +27,5 @@ def test_a_motion_that_begins_elsewhere_is_refused() -> None:
     joints.stand(END)
     assert joints.stale_refusal((0.502, 1.0)) is None
     assert joints.stale_refusal((0.5, 1.01)) == (
-        "stale: the motion begins 0.010000 rad from where the arm is commanded"
+        "stale: the motion begins 0.010000 rad or m from where the arm is commanded"
     )

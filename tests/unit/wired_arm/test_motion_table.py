@@ -149,9 +149,9 @@ def test_an_arm_that_does_not_come_to_rest_has_failed() -> None:
     assert (one.collect_ended(), one.unrest(0.99)) == ({}, "")
     arm.go_on(0.02)
     assert not one.is_arm_at_rest()
-    assert one.unrest(1.01) == "a joint still moves at 0.500 rad/s after 1 s"
+    assert one.unrest(1.01) == "a joint still moves at 0.500 rad/s or m/s after 1 s"
     assert one.collect_ended() == {
-        motion: MotionCompletion(False, "moving: a joint still moves at 0.500 rad/s after 1 s")
+        motion: MotionCompletion(False, "moving: a joint still moves at 0.500 rad/s or m/s after 1 s")
     }
     arm.go_on(0.001, dq=STILL)
     assert one.unrest(1.01) is None

@@ -97,16 +97,70 @@ class Tool:
 
 
 @dataclass(frozen=True)
-class Hand:
-    """The gripper and its mounting.
+class Link:
+    """Mass of a moving link, or of a palm.
 
     Attributes:
         span: its place in the file.
     """
 
     span: SourceSpan
-    model: Literal["franka_hand"] = field(
-        metadata={"doc": "the gripper; simulators have the shapes and masses of this one alone"}
+    mass: NumberField = field(metadata={"doc": "kg"})
+    centre: Point = field(
+        metadata={
+            "doc": "centre of mass in the frame of the link's joint, m; of a palm in the frame of the hand"
+        }
+    )
+    inertia: Annotated[tuple[NumberField, ...], LengthBounds(6, 6)] = field(
+        metadata={"doc": "xx, yy, zz, xy, xz and yz about the centre of mass, kg·m²"}
+    )
+
+
+@dataclass(frozen=True)
+class FingerBox:
+    """A box of a finger.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    edges: Point = field(metadata={"doc": "its lengths along x, y and z of the hand, m"})
+    at: Point = field(metadata={"doc": "its middle in the frame of the hand, m, with the fingers closed"})
+
+
+@dataclass(frozen=True)
+class Finger:
+    """The finger on the side of the hand's +y; the other one is the same, turned by 180 degrees about z.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    mass: NumberField = field(metadata={"doc": "kg"})
+    boxes: Annotated[tuple[FingerBox, ...], LengthBounds(1, 12)] = field(
+        metadata={"doc": "boxes that the finger consists of; the pads of closed fingers meet at y = 0"}
+    )
+
+
+@dataclass(frozen=True)
+class Hand:
+    """The gripper and its mounting.
+
+    The frame of the hand has its origin on the flange, z along the last joint's axis, and y along the way of
+    the fingers.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    model: Literal["franka_hand", "two_fingers"] = field(
+        metadata={
+            "doc": "the gripper: `franka_hand`, whose shapes and masses simulators have, or `two_fingers`, "
+            "another one whose fingers move in parallel, with `palm` and `finger`"
+        }
     )
     flange: TextField = field(
         metadata={"doc": "distance of the flange from the last joint's frame, along its axis"}
@@ -116,6 +170,14 @@ class Hand:
     widest_gap: TextField = field(metadata={"doc": "widest distance between the finger pads"})
     finger_speed: TextField = field(metadata={"doc": "greatest speed of one finger"})
     greatest_force: TextField = field(metadata={"doc": "greatest continuous grip force"})
+    palm: Link | None = field(
+        default=None,
+        metadata={
+            "doc": "mass of a `two_fingers` hand without its fingers, `centre` in the frame of the hand; its "
+            "shape is the hull of `hand`"
+        },
+    )
+    finger: Finger | None = field(default=None, metadata={"doc": "a finger of a `two_fingers` hand"})
     source: TextField | None = field(default=None, metadata={"doc": "the source of the numbers"})
 
 
@@ -157,22 +219,6 @@ class Servos:
     damping: Column = field(metadata={"doc": "gains on MuJoCo, in Nm*s/rad, of prismatic joints in N*s/m"})
     felt_torque: Column = field(
         metadata={"doc": "external torques below which a joint is not known to feel a contact"}
-    )
-
-
-@dataclass(frozen=True)
-class Link:
-    """Mass of a moving link.
-
-    Attributes:
-        span: its place in the file.
-    """
-
-    span: SourceSpan
-    mass: NumberField = field(metadata={"doc": "kg"})
-    centre: Point = field(metadata={"doc": "centre of mass in the frame of the link's joint, m"})
-    inertia: Annotated[tuple[NumberField, ...], LengthBounds(6, 6)] = field(
-        metadata={"doc": "xx, yy, zz, xy, xz and yz about the centre of mass, kg·m²"}
     )
 
 
@@ -241,7 +287,7 @@ class Robot:
     id: Identifier = field(metadata={"doc": "the robot's name"})
     description: TextField = field(metadata={"doc": "the robot, for people"})
     licence: TextField = field(metadata={"doc": "licence and origin of the shapes and masses"})
-    chain: Annotated[tuple[ChainRow, ...], LengthBounds(6, 12)] = field(
+    chain: Annotated[tuple[ChainRow, ...], LengthBounds(4, 12)] = field(
         metadata={"doc": "the chain of joints, from the base outwards"}
     )
     limits: Limits = field(metadata={"doc": "the official limits of the joints"})

@@ -418,7 +418,7 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
         PlanThatSees: "after `plan`: `object_detected` went",
     },
     "a_planned_motion_begins_where_the_robot_is": {
-        PlanFromElsewhere: "rad from where the joints are",
+        PlanFromElsewhere: "rad or m from where the joints are",
     },
     "nothing_moves_before_time_goes_on": {
         BeginThatMoves: "after `begin`: `joint_position` went",
@@ -436,8 +436,8 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
         MonitorNeverLooksBefore: "the monitor first looked at",
     },
     "the_executed_motion_is_the_decided_one": {
-        AnotherWayThanDecided: "a joint is .* rad off its path",
-        OffWithoutSayingSo: "a joint is .* rad off its path",
+        AnotherWayThanDecided: "a joint is .* rad or m off its path",
+        OffWithoutSayingSo: "a joint is .* rad or m off its path",
     },
     "no_speed_is_higher_than_decided": {
         FasterThanDecided: "a joint reaches .*; .* was decided",
@@ -479,7 +479,7 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
         RestIsInstant: "a stop within the limits needs",
     },
     "a_servo_motion_stays_near_its_paths": {
-        FeedbackLeavesItsPaths: "rad beyond its slack",
+        FeedbackLeavesItsPaths: "rad or m beyond its slack",
         FeedbackIsFasterThanStated: "faster than the plan states",
         FeedbackIsNotStated: "is not under feedback",
     },

@@ -169,5 +169,5 @@ def test_of_a_plant_that_does_not_repeat_two_runs_end_near_each_other(
     if is_kept:
         check(subject)
         return
-    with pytest.raises(ConformanceError, match="rad from where it ends unobserved"):
+    with pytest.raises(ConformanceError, match="rad or m from where it ends unobserved"):
         check(subject)

@@ -79,8 +79,8 @@ def scripted(plan: Any) -> PlantUnderTest:
         (replace(PLAN, joint_paths=((PIECE, PIECE),)), "the pieces of a path do not join"),
         (replace(PLAN, joint_paths=(*PLAN.joint_paths, (PIECE, PIECE))), "the pieces of a path do not join"),
         (replace(PLAN, joint_paths=((((0.509,),) * 4,),)), None),
-        (replace(PLAN, joint_paths=((((0.511,),) * 4,),)), "rad from where the joints are"),
-        (replace(PLAN, joint_paths=((((0.489,),) * 4,),)), "rad from where the joints are"),
+        (replace(PLAN, joint_paths=((((0.511,),) * 4,),)), "rad or m from where the joints are"),
+        (replace(PLAN, joint_paths=((((0.489,),) * 4,),)), "rad or m from where the joints are"),
     ],
 )
 def test_a_plan_takes_time_joins_its_pieces_and_starts_where_the_robot_is(plan: Any, why: str | None) -> None:

@@ -51,9 +51,9 @@ def braked(rest: tuple[float, float], *, subject: PlantUnderTest = BRAKING) -> N
         # At least v²/2a: 0.25 and 0.125 rad. At most v·T/2 and two ticks: 0.27 rad.
         ((0.25, 0.125), None),
         ((0.2699, 0.2699), None),
-        ((0.2499, 0.125), "a stop within the limits needs 0.2500 rad; it took 0.2499"),
-        ((0.25, 0.1249), "a stop within the limits needs 0.1250 rad; it took 0.1249"),
-        ((0.2701, 0.125), "while stopping, a joint moved by 0.2701 rad; 0.2700 would be enough"),
+        ((0.2499, 0.125), "a stop within the limits needs 0.2500 rad or m; it took 0.2499"),
+        ((0.25, 0.1249), "a stop within the limits needs 0.1250 rad or m; it took 0.1249"),
+        ((0.2701, 0.125), "while stopping, a joint moved by 0.2701 rad or m; 0.2700 would be enough"),
         ((0.25, 0.2701), "while stopping, a joint moved by 0.2701 rad"),
         ((-0.25, 0.125), "it took -0.2500"),
     ],

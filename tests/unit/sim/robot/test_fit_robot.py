@@ -245,6 +245,19 @@ def test_a_shape_without_its_numbers_is_refused(tmp_path: Path, shape: str) -> N
     ("content", "message"),
     [
         ('<robot><link name="a"/><link name="b"/></robot>', "not one chain of revolute and prismatic joints"),
+        (
+            '<robot><joint name="j" type="revolute"><parent link="a"/><child link="b"/>'
+            '<axis xyz="0 0 0"/></joint></robot>',
+            "the axis of the joint `j` has no direction",
+        ),
+        (
+            "<robot>"
+            '<joint name="j" type="revolute"><parent link="a"/><child link="b"/></joint>'
+            '<joint name="k" type="revolute"><parent link="b"/><child link="c"/></joint>'
+            '<joint name="l" type="revolute"><parent link="c"/><child link="b"/></joint>'
+            "</robot>",
+            "the joints of the URDF lead back to the link `b`",
+        ),
         ("<robot>", "no element found"),
         (None, "No such file"),
     ],

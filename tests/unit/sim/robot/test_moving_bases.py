@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import closing
-from math import dist
+from math import dist, inf
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from aeros.kinematic_chain import frames_of
-from aeros.runtime.ports import MotionCompletion
+from aeros.runtime.ports import MotionCompletion, Trajectory
 from aeros.sim.kinematic.plant import make_plant
 from aeros.sim.kinematic.tool_kinematics import tool_kinematics
 from aeros.sim.robot.contact_estimate import estimate_contact_force
@@ -26,6 +26,7 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from tests.shipped_scenes import shipped_scene
+from tests.unit.sim.acting import allow, execute
 from tests.unit.sim.robot.moving_bases import (
     linear_axis,
     linear_axis_parts,
@@ -140,12 +141,21 @@ def test_a_push_on_the_tool_is_estimated_from_forces_and_torques() -> None:
     assert estimate_contact_force(arm, q.tolist(), torques.tolist()) == pytest.approx(30.0, rel=0.1)
 
 
-def test_an_arm_with_a_prismatic_joint_does_not_slide_along_surfaces() -> None:
-    with closing(make_plant(shipped_scene("bare"), 0, robot=linear_axis())) as plant:
-        found = plant.plan(act("slide", target=(0.5, 0.05, 0.0), force=6.0, speed=0.1))
-    assert isinstance(found, MotionCompletion)
-    assert found.reason is not None
-    assert "`slide` on an arm with prismatic joints" in found.reason
+@pytest.mark.parametrize("make", ARMS)
+def test_it_slides_along_a_surface_and_stays_near_its_planned_paths(make: Callable[[], RobotModel]) -> None:
+    with closing(make_plant(shipped_scene("bare"), 0, robot=make())) as plant:
+        start = act("move_tool", target=(0.5, 0.0, 0.013), yaw=0.0, speed=0.25)
+        for action in (act("grip", width=0.0, force=10.0), start):
+            assert execute(plant, action, allow, inf).completed
+        slide = act("slide", target=(0.5, 0.1, 0.0), force=6.0, speed=0.1)
+        planned = plant.plan(slide)
+        assert isinstance(planned, Trajectory)
+        assert execute(plant, slide, allow, inf) == MotionCompletion(True)
+        q = plant.observe()["joint_position"].value
+        ends = [path[-1][3] for path in planned.joint_paths[1:]]
+        # With equal shares of all joints the linear axis is 10 mm off after a third of the way.
+        assert min(max(abs(a - b) for a, b in zip(q, end, strict=True)) for end in ends) < 0.006
+        assert plant.observe()["tool_position"].value[:2] == pytest.approx((0.5, 0.1), abs=1e-4)
 
 
 def test_masses_and_limits_keep_the_units_of_their_joints() -> None:

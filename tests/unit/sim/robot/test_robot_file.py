@@ -246,6 +246,12 @@ def test_a_site_names_a_file_beside_it(tmp_path: Path, write: Write) -> None:
             "[0.99, 0.99, 0.5,",
             "lever of joint 3 is 0.5; in the ready posture a link is 0.544 m from its axis",
         ),
+        ("[link5, link6, link7,", "[link5, link6, link8,", "names `link8`; the robot has no such link"),
+        (
+            "finger_gap: {type: real, unit: m, range: [0, 0.1]",
+            "finger_gap: {type: real, unit: m, range: [0, 0.07]",
+            "`finger_gap` of the site ends at 0.07 m; the hand opens to 0.08 m",
+        ),
     ],
 )
 def test_a_site_that_allows_more_than_its_robot_is_refused(

@@ -1,0 +1,45 @@
+"""Grippers that `tools/fit_gripper.py` reads from URDF files, whatever their links are called."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tools.fit_gripper import read_gripper_urdf
+
+URDF = Path(__file__).parent / "scara" / "gripper.urdf"
+TEXT = URDF.read_text(encoding="utf-8")
+
+
+def test_fingers_along_x_are_laid_along_y_and_closed() -> None:
+    found = read_gripper_urdf(URDF)
+    assert found.tool == pytest.approx(0.166)
+    assert found.lines[:3] == ["  tool: 166 mm", "  widest_gap: 110 mm", "  palm:"]
+    assert found.lines[-2:] == [
+        "      - {edges: [0.03, 0.025, 0.03], at: [0.0, 0.0225, 0.115]}",
+        "      - {edges: [0.022, 0.012, 0.06], at: [0.0, 0.006, 0.145]}",
+    ]
+    assert found.fingers.max(axis=0) == pytest.approx([0.015, 0.09, 0.175])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "cause"),
+    [
+        ('name="follow" type="prismatic"', 'name="follow" type="fixed"', "that move are `drive`"),
+        ('name="drive" type="prismatic"', 'name="drive" type="revolute"', "suction and fingers that swing"),
+        ('<axis xyz="1 0 0"/>', '<axis xyz="0.7 0.7 0"/>', "neither along x nor along y"),
+        ('size="0.012 0.022 0.06"', 'size="0.012 0.022 0.09"', "the fingers are not the same"),
+        ('upper="0.055"', 'upper="wide"', "`upper` of `<limit>` in the URDF is `wide`"),
+        ('<child link="jaw_l"/>', '<child link="thumb"/>', "give each joint links that are there"),
+        ('<mass value="0.8"/>', '<mass value="0"/>', "the palm of the gripper has no mass"),
+        ("<robot", "<robot <", "not well-formed"),
+    ],
+)  # fmt: skip
+def test_another_gripper_is_refused_with_its_cause(old: str, new: str, cause: str, tmp_path: Path) -> None:
+    assert old in TEXT
+    path = tmp_path / "gripper.urdf"
+    path.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(SystemExit) as error:
+        read_gripper_urdf(path)
+    assert cause in str(error.value)

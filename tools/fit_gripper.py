@@ -1,0 +1,237 @@
+"""Read a gripper from a URDF: palm, and two fingers that move in parallel, as a robot file has them.
+
+Each shape of a finger becomes the box around it. The URDF has a base link, from whose origin z leads out of
+the hand, and two prismatic joints on it, along x or along y; one of them may mimic the other. Names do not
+matter. The fingers have to be the same, turned by 180 degrees about z.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final, NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from tools.fit_link_hulls import Points
+from tools.urdf_shapes import (
+    axis_of,
+    link_shapes,
+    link_vertices,
+    number_of,
+    pose_of,
+    read_urdf,
+    transform,
+)
+
+_ALIKE: Final = 0.002
+"""Greatest difference of both fingers, m."""
+
+_BEFORE_THE_TIPS: Final = 0.009
+"""Distance of the tool centre point from the ends of the fingers, m: as of the Franka Hand."""
+
+_ALONG: Final = 0.999
+"""Least part of a finger's way along x or y."""
+
+
+class GripperParts(NamedTuple):
+    """A gripper in the frame of the hand: origin on the flange, z out of it, the fingers' way along y.
+
+    Attributes:
+        palm: points whose hull holds the palm (n, 3), m.
+        fingers: corners of both fingers, closed and open (n, 3), m.
+        tool: distance of the tool centre point from the flange, m: 9 mm before the fingertips.
+        lines: the lines of `hand` in a robot file that describe the gripper.
+    """
+
+    palm: Points
+    fingers: Points
+    tool: float
+    lines: list[str]
+
+
+class _Finger(NamedTuple):
+    """A finger of a URDF: boxes in the frame of the hand, each (2, 3), and the least and greatest gap, m."""
+
+    boxes: list[Points]
+    gaps: tuple[float, float]
+    mass: float
+
+
+def read_gripper_urdf(path: Path) -> GripperParts:
+    """Read a gripper.
+
+    Args:
+        path: its URDF.
+
+    Returns:
+        Its parts.
+
+    Raises:
+        SystemExit: it has no two fingers that move in parallel and are alike.
+    """
+    root = read_urdf(path)
+    links = {one.get("name", ""): one for one in root.findall("link")}
+    by_parent: dict[str, list[ElementTree.Element]] = {}
+    for joint in root.findall("joint"):
+        by_parent.setdefault(_end(joint, "parent"), []).append(joint)
+    children = {_end(joint, "child") for joint in root.findall("joint")}
+    bases = [name for name in links if name not in children]
+    if len(bases) != 1 or not children <= links.keys():
+        raise SystemExit(f"{path}: the links of a gripper are one tree; give each joint links that are there")
+    palm, moving = _rigid_part(bases[0], np.eye(4), by_parent, set())
+    kinds = {one.get("type") for one, _ in moving}
+    if len(moving) != 2 or kinds != {"prismatic"}:
+        found = ", ".join(f"`{one.get('name')}` ({one.get('type')})" for one, _ in moving) or "none"
+        raise SystemExit(
+            f"{path}: the joints of the palm that move are {found}. AEROS has grippers of two fingers, each "
+            "on a prismatic joint of the palm; suction and fingers that swing are not supported"
+        )
+    quarter = _quarter_turn(*moving[0], path)
+    first, second = (_finger(one, place, by_parent, links, path, quarter) for one, place in moving)
+    if first.boxes[0][:, 1].mean() < 0.0:
+        first, second = second, first
+    turned = [np.sort(box * (-1.0, -1.0, 1.0), axis=0) for box in second.boxes]
+    pairs = zip(sorted(map(_key, first.boxes)), sorted(map(_key, turned)), strict=False)
+    if len(first.boxes) != len(turned) or any(np.abs(np.subtract(*pair)).max() > _ALIKE for pair in pairs):
+        raise SystemExit(f"{path}: the fingers are not the same, turned by 180 degrees about z of the palm")
+    points = np.concatenate([transform(place, link_vertices(links[name], path)) for name, place in palm])
+    boxes = [box - (0.0, first.gaps[0] / 2.0, 0.0) for box in first.boxes]
+    tool = round(float(max(box[1, 2] for box in boxes)) - _BEFORE_THE_TIPS, 4)
+    lines = [
+        f"  tool: {1e3 * tool:g} mm",
+        f"  widest_gap: {1e3 * (first.gaps[1] - first.gaps[0]):g} mm",
+        "  palm:",
+    ]
+    lines += _mass_lines([(links[name], quarter @ place) for name, place in palm])
+    lines += ["  finger:", f"    mass: {first.mass:g}", "    boxes:"]
+    for box in boxes:
+        edges, middle = (np.round(one, 5) + 0.0 for one in (box[1] - box[0], box.mean(axis=0)))
+        middle[1] = max(middle[1], edges[1] / 2.0)
+        lines.append(f"      - {{edges: {edges.tolist()}, at: {middle.tolist()}}}")
+    corners = np.concatenate(
+        [
+            _corners(box + np.array((0.0, way, 0.0)))
+            for box in boxes
+            for way in (0.0, (first.gaps[1] - first.gaps[0]) / 2.0)
+        ]
+    )
+    both = np.concatenate((corners, corners * (-1.0, -1.0, 1.0)))
+    return GripperParts(transform(quarter, points), both, tool, lines)
+
+
+def _key(box: Points) -> list[float]:
+    found: list[float] = box.ravel().tolist()
+    return found
+
+
+def _outer_boxes(boxes: list[Points]) -> list[Points]:
+    """Leave out boxes inside another one, as shapes for pictures often are in those for collisions."""
+    found: list[Points] = []
+    for box in sorted(boxes, key=lambda one: -float(np.prod(one[1] - one[0]))):
+        if not any((one[0] <= box[0] + 1e-6).all() and (box[1] <= one[1] + 1e-6).all() for one in found):
+            found.append(box)
+    return found
+
+
+def _corners(box: Points) -> Points:
+    return np.array([(x, y, z) for x in box[:, 0] for y in box[:, 1] for z in box[:, 2]])
+
+
+def _rigid_part(
+    name: str, place: Points, by_parent: dict[str, list[ElementTree.Element]], seen: set[str]
+) -> tuple[list[tuple[str, Points]], list[tuple[ElementTree.Element, Points]]]:
+    """Return the links that are fixed to one, with their poses, and the joints on them that move."""
+    if name in seen:
+        raise SystemExit(f"the joints of the URDF lead back to the link `{name}`; make them a tree")
+    seen.add(name)
+    part, moving = [(name, place)], []
+    for joint in by_parent.get(name, ()):
+        there = place @ pose_of(joint.find("origin"))
+        if joint.get("type") != "fixed":
+            moving.append((joint, there))
+            continue
+        more, joints = _rigid_part(_end(joint, "child"), there, by_parent, seen)
+        part += more
+        moving += joints
+    return part, moving
+
+
+def _quarter_turn(joint: ElementTree.Element, place: Points, path: Path) -> Points:
+    """Return the turn about z (4, 4) that lays the way of the fingers along y."""
+    x, y, _ = place[:3, :3] @ axis_of(joint)
+    if abs(y) > _ALONG:
+        return np.eye(4)
+    if abs(x) > _ALONG:
+        turn: Points = np.eye(4)
+        turn[:2, :2] = [[0.0, -1.0], [1.0, 0.0]]
+        return turn
+    raise SystemExit(f"{path}: the fingers move neither along x nor along y of the palm; turn its link")
+
+
+def _finger(
+    joint: ElementTree.Element,
+    place: Points,
+    by_parent: dict[str, list[ElementTree.Element]],
+    links: dict[str, ElementTree.Element],
+    path: Path,
+    quarter: Points,
+) -> _Finger:
+    part, moving = _rigid_part(_end(joint, "child"), quarter @ place, by_parent, set())
+    limit = joint.find("limit")
+    if moving or limit is None:
+        raise SystemExit(
+            f"{path}: the finger of `{joint.get('name')}` has joints of its own, or no `<limit>`"
+        )
+    shapes = [transform(where, points) for name, where in part for points in link_shapes(links[name], path)]
+    boxes = _outer_boxes([np.array((points.min(axis=0), points.max(axis=0))) for points in shapes])
+    way = float((quarter @ place)[1, :3] @ axis_of(joint))
+    side = float(np.sign(np.mean([box[:, 1].mean() for box in boxes])))
+    shifts = [way * number_of(limit, end, "0") for end in ("lower", "upper")]
+    inner = min(float((side * box[:, 1]).min()) for box in boxes)
+    least, most = sorted(2.0 * (inner + side * shift) for shift in shifts)
+    closed = min(shifts, key=lambda shift: side * shift)
+    mass = sum(_mass_of(links[name]) for name, _ in part)
+    if most <= 0.0:
+        raise SystemExit(f"{path}: the fingers never part; correct the limits of `{joint.get('name')}`")
+    return _Finger([box + np.array((0.0, closed, 0.0)) for box in boxes], (least, most), mass)
+
+
+def _mass_of(link: ElementTree.Element) -> float:
+    mass = link.find("inertial/mass")
+    return 0.0 if mass is None else number_of(mass, "value")
+
+
+def _mass_lines(parts: list[tuple[ElementTree.Element, Points]]) -> list[str]:
+    """Return mass, centre and inertia of rigid parts together, as lines."""
+    masses, centres, tensors = [], [], []
+    for link, place in parts:
+        inertial, inertia = link.find("inertial"), link.find("inertial/inertia")
+        if inertial is None or inertia is None:
+            continue
+        pose = place @ pose_of(inertial.find("origin"))
+        xx, yy, zz, xy, xz, yz = (
+            number_of(inertia, key, "0") for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        )
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        masses.append(_mass_of(link))
+        centres.append(pose[:3, 3])
+        tensors.append(pose[:3, :3] @ tensor @ pose[:3, :3].T)
+    if sum(masses) <= 0.0:
+        raise SystemExit("the palm of the gripper has no mass; give its link an `<inertial>`")
+    middle = np.array(masses) @ np.array(centres) / sum(masses)
+    total = np.zeros((3, 3))
+    for mass, centre, tensor in zip(masses, centres, tensors, strict=True):
+        away = centre - middle
+        total += tensor + mass * (float(away @ away) * np.eye(3) - np.outer(away, away))
+    numbers = [total[0, 0], total[1, 1], total[2, 2], total[0, 1], total[0, 2], total[1, 2]]
+    return [
+        f"    mass: {sum(masses):g}",
+        f"    centre: {[round(float(x), 6) + 0.0 for x in middle]}",
+        f"    inertia: {[round(float(x), 6) + 0.0 for x in numbers]}",
+    ]
+
+
+def _end(joint: ElementTree.Element, end: str) -> str:
+    found = joint.find(end)
+    return "" if found is None else found.get("link", "")
