@@ -24,6 +24,7 @@ from aeros.perception import (
     is_lit_for,
     locate_box,
     locate_cylinder,
+    min_area_rectangle,
     separate_parts,
     upper_points,
     wrap_heading,
@@ -132,8 +133,12 @@ GRIPPED_WITHIN = 0.003
 SAME_SIZE = 0.08
 """Difference of an object's height from that of its kind, as a share of it, that the picture makes."""
 
-SIZES = (0.75, 1.3)
-"""Least and greatest height of an object over that of its kind."""
+SIZES, SIZES_IF_WIDE = (0.75, 1.3), (0.5, 1.6)
+"""Least and greatest height of an object over that of its kind, and the same where its top is as much smaller
+or larger: else what is seen around it is not what it stands on."""
+
+SIMILAR = 0.15
+"""Greatest difference of these two."""
 
 TOP_POINTS = 25
 """Number of points nearest to an object's middle, seen from above, that its top is measured by."""
@@ -768,8 +773,15 @@ def _locate(points: Points, around: Points, kind: Kind) -> tuple[Seen, float | N
     half = float(np.median(upper_points(points)[:, 2])) - z
     level = _level(points, seen.position)
     support = _support(around, seen.position, level - SUPPORT_DEPTH * 2.0 * half)
-    if support is None or not SIZES[0] < (level - support) / (2.0 * half) < SIZES[1]:
+    if support is None:
         return seen, None
+    scale = (level - support) / (2.0 * half)
+    if not SIZES[0] < scale < SIZES[1]:
+        top = min_area_rectangle(upper_points(points)[:, :2])
+        length = kind.height if seen.is_lying else kind.sides[0]
+        is_similar = abs(max(top.length, top.width) / length - scale) < SIMILAR
+        if not (is_similar and SIZES_IF_WIDE[0] < scale < SIZES_IF_WIDE[1]):
+            return seen, None
     middle = (x, y, (level + support) / 2.0)
     return Seen(middle, seen.top, seen.is_lying, seen.axis, seen.headings), support
 

@@ -680,6 +680,15 @@ def test_an_object_that_is_half_in_the_dark_is_not_located(
         assert found["object_absent"] is False
 
 
+@pytest.mark.parametrize(("radius", "scale"), [(0.0154, 0.7), (0.022, 1.0)])
+def test_a_much_lower_object_is_a_small_one_only_if_its_top_is_small_too(radius: float, scale: float) -> None:
+    low = STANDING._replace(z=0.056, half=(radius, 0.0))
+    found = from_mast(low)
+    assert found["object_position"][2] == pytest.approx(0.028 if scale < 1.0 else 0.016, abs=0.004)
+    if scale < 1.0:
+        assert found["object_scale"] == pytest.approx(scale, abs=0.05)
+
+
 @pytest.mark.parametrize("x", [-0.45, -0.2])
 def test_the_base_stands_beside_an_object_in_the_aisle(x: float) -> None:
     found = tracked(1.0, object_seen=True, object_seen_time=1.0, object_position=(x, 0.7, 0.0))

@@ -1,4 +1,4 @@
-"""The scenes of the shipped modules define the truth of what a goal can name, but for what only a camera can say."""
+"""Shipped scenes define the truth of what a goal can name, but for what only a camera can say."""
 
 from __future__ import annotations
 
