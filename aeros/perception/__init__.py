@@ -7,6 +7,7 @@ from aeros.perception.colours import (
     has_dominant_colour,
     has_hsv_colour,
     has_red_ratios,
+    is_lit_for,
     to_hsv,
 )
 from aeros.perception.components import connected_components, largest_component
@@ -64,6 +65,7 @@ __all__ = [
     "heap_volume",
     "heights_above",
     "inlier_mask",
+    "is_lit_for",
     "largest_component",
     "largest_gap",
     "level_ground",

@@ -32,6 +32,9 @@ _BRIGHTNESS: Final = (0.5, 1.5)
 _DARK_NOISE: Final = 0.03
 """Noise of brightness, which counts where a surface is dark."""
 
+_FULL_LIGHT: Final = 0.6
+"""Brightness from which a pixel is in full light, in [0, 1]: a floor of 0.75 in light of 0.8."""
+
 _HUE_TOLERANCE: Final = 20.0
 """Greatest difference of hues of one surface, degrees: coloured light and noise shift them."""
 
@@ -148,3 +151,23 @@ def has_colour_of(rgb: NDArray[Any], colour: Sequence[float]) -> Mask:
         return grey
     around = ((hue - _HUE_TOLERANCE) % 360.0, (hue + _HUE_TOLERANCE) % 360.0)
     return has_hsv_colour(rgb, around, saturation / 2.0, _DARKEST)
+
+
+def is_lit_for(rgb: NDArray[Any], colour: Sequence[float]) -> Mask:
+    """Find the pixels with enough light to show a surface of a colour, if it were there.
+
+    Any other surface reflects all light at most, so a pixel is at least as well lit as it is bright; one that
+    is darker may be a dark surface in good light, and is taken for one in the dark.
+
+    Args:
+        rgb: colours (…, 3), 0 to 255.
+        colour: the surface's red, green and blue, from 0 to 1.
+
+    Returns:
+        Mask (…) of the pixels where `has_colour_of` would find the surface. 0.6 of white always counts as
+        enough: it is that for surfaces whose brightest channel is 0.4 or more.
+    """
+    most, least = max(colour), min(colour)
+    needed = _BRIGHTNESS[0] if most - least <= _GREYISH * most else min(_FULL_LIGHT, _DARKEST / most)
+    lit: Mask = np.asarray(rgb).max(axis=-1) >= 255.0 * needed
+    return lit

@@ -7,7 +7,9 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
 from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.refusals import InstructionError
 from aeros.runtime.gate.configuration import Configuration
+from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition
 from aeros.spec.model.ecm import ActionCondition, Task, owner_of
@@ -49,6 +51,40 @@ def tasks_of(
         for module, _ in ((errand.routed.module, None), *errand.routed.task.rehearsals(errand.routed.module))
     }
     return [*found, *_tasks_behind(read, dict.fromkeys(others), served, configuration)]
+
+
+def request_for_goal(goal: ActionCondition, configuration: Configuration) -> list[str]:
+    """Name the task that a goal is of, with the values of its parameters that the goal states.
+
+    Args:
+        goal: A goal without an instruction, as `--goal` gives it.
+        configuration: The active modules.
+
+    Returns:
+        What `--task` takes: of the first module whose variables the goal reads and that has tasks, the one
+        whose own goal reads most of them; then `NAME=VALUE` for each `NAME == VALUE` of the goal.
+
+    Raises:
+        InstructionError: No such module has a task.
+    """
+    read = t.variables_of(goal.term).keys()
+    for module in dict.fromkeys(name.partition(".")[0] for name in read):
+        for task in _tasks_behind(read, [module], frozenset(), configuration):
+            stated = (_stated_value(part.term, module, task) for part in goal.conjuncts)
+            return [f"{module}.{task.id}", *(one for one in stated if one)]
+    raise InstructionError(
+        f"{quoted(goal.text)} is of no task: give an instruction, or --task NAME, together with --goal"
+    )
+
+
+def _stated_value(term: t.Term, module: str, task: Task) -> str:
+    """Return `NAME=VALUE` if a condition gives a parameter of a task a plain value; empty if it does not."""
+    match term:
+        case t.Compare("==", t.Variable(name), t.Literal(value)) | t.Compare(
+            "==", t.Literal(value), t.Variable(name)
+        ) if name.removeprefix(f"{module}.") in task.parameters:
+            return f"{name.removeprefix(f'{module}.')}={value}"
+    return ""
 
 
 def joined_task(tasks: Sequence[Task]) -> Task:

@@ -18,16 +18,20 @@ from aeros.perception import (
     Points,
     View,
     believe_height,
+    erode,
     estimate,
     has_colour_of,
+    is_lit_for,
     locate_box,
     locate_cylinder,
+    min_area_rectangle,
     separate_parts,
     upper_points,
     wrap_heading,
 )
 
 from .pushes import push_length
+from .search import NOTHING, Search
 from .sizes import fits_hand, grip_height
 from .stations import STATION_TO_OBJECT, WESTMOST, base_from
 
@@ -54,6 +58,10 @@ GREYISH = 0.15
 
 LARGEST_SCALE = 1.5
 """Greatest size of a part of a picture over that of the object that it may be."""
+
+WHOLE, DARK_RIM = 0.7, 0.15
+"""Size of a part of a picture over that of the object below which it may be a part of it, and least share
+of its rim that is dark if the rest is in the dark."""
 
 CARRIAGE_RADIUS, FLOOR_DEPTH = 0.35, 0.28
 """Radius of the carriage around the arm's base, and depth below it of what is on the floor, m."""
@@ -125,8 +133,12 @@ GRIPPED_WITHIN = 0.003
 SAME_SIZE = 0.08
 """Difference of an object's height from that of its kind, as a share of it, that the picture makes."""
 
-SIZES = (0.75, 1.3)
-"""Least and greatest height of an object over that of its kind."""
+SIZES, SIZES_IF_WIDE = (0.75, 1.3), (0.5, 1.6)
+"""Least and greatest height of an object over that of its kind, and the same where its top is as much smaller
+or larger: else what is seen around it is not what it stands on."""
+
+SIMILAR = 0.15
+"""Greatest difference of these two."""
 
 TOP_POINTS = 25
 """Number of points nearest to an object's middle, seen from above, that its top is measured by."""
@@ -194,24 +206,11 @@ AROUND_STANDS = ((-0.80, -0.55), (0.55, 0.55))
 """Margins of the area around these places, along x and y, in which the can is looked for, m: in the west as
 far as the aisle."""
 
-SEARCH_CELL = 0.08
-"""Edge of the squares of floor and stands that are looked over, m: about as large as an object."""
-
-SEARCH_WIDE = ((-0.75, -0.45), (0.25, 0.45))
-"""Margins of the searched area around the stands' places, along x and y, m: the aisle is part of it."""
-
-SEARCH_AGE = 60.0
-"""Greatest age of a picture that still counts as a look at a square, s."""
-
 NEARER = 0.15
 """How much nearer to the arm's base than `REACH` an object on a stand may be, m."""
 
 SAME_PLACE = 0.15
 """Standard uncertainty of a place from memory, m: positions as near as that count as one usual place."""
-
-SEARCHED_SHARE = 0.98
-"""Share of it that was looked over when nothing is there: the rest are single squares that the arm hides. The
-carriage hides 7 %, so the camera over the aisle has to look when it stands elsewhere, too."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
@@ -276,7 +275,7 @@ def find_object(view: View) -> Perception:
     """
     known: dict[str, Any] = {}
     newest = -1.0
-    looked: dict[tuple[int, int], float] = {}
+    search = Search({}, {})
     station: GripStation | None = None
     is_seen, seen_above = False, None
     is_missed = False
@@ -295,13 +294,12 @@ def find_object(view: View) -> Perception:
                     if not found:
                         if _has_colour(picture, kind, stands, view.readings):
                             continue
-                        if seen_above is not None and _shows(picture, seen_above[0]):
+                        if seen_above is not None and _shows(picture, seen_above[0], kind):
                             is_seen, seen_above = False, None
                             known["object_seen"] = estimate(False, time=picture.time)
                         if not is_seen:
-                            cells = _floor_cells(picture, kind, stands, view.readings)
-                            looked |= dict.fromkeys(cells, picture.time)
-                            known |= _searched(looked, picture.time, stands)
+                            shown = _floor_points(picture, kind, view.readings)
+                            known |= search.look_at(picture.time, *shown, stands, _last(known))
                         continue
                     seen_above = found["object_position"]
                 else:
@@ -309,24 +307,32 @@ def find_object(view: View) -> Perception:
                     found = _look(picture, kind, name == "mast", stands, given)
                     if found["object_seen"] == (True,):
                         seen_above = None
-                    elif name == "mast" and seen_above is not None and not _shows(picture, seen_above[0]):
+                    elif name == "mast" and seen_above and not _shows(picture, seen_above[0], kind):
                         continue
                 is_seen = found["object_seen"] == (True,)
                 if is_seen or (name == "mast" and not is_missed):
                     # What was looked over before it was missed says nothing of where it may be since.
-                    looked.clear()
+                    search = Search({}, {})
                 is_missed = not is_seen and (is_missed or name == "mast")
                 if is_seen:
                     station = _farther_aside(station, found)
                     if station is not None:
                         found["object_aside"] = (station.aside, UNCERTAINTY)
-                elif name == "mast":
-                    looked |= dict.fromkeys(_cells(picture, stands), picture.time)
                 for variable, value in found.items():
                     known[variable] = None if value is None else estimate(*value, time=picture.time)
-                known |= _searched(looked, picture.time, stands)
+                is_look = name == "mast" and not is_seen
+                shown = (picture.points(), is_lit_for(picture.rgb, kind.colour)) if is_look else NOTHING
+                partly = found.get("object_dark_place")
+                last = _last(known) if partly is None else partly[0]
+                known |= search.look_at(picture.time, *shown, stands, last, is_partly_dark=partly is not None)
             newest = max(picture.time for picture in view.pictures.values())
         view = yield known.copy()
+
+
+def _last(known: Mapping[str, Any]) -> Place | None:
+    """Return where the object was seen last; None if it was not."""
+    seen = known.get("object_position")
+    return None if seen is None else seen.value
 
 
 def _remembered(known: Mapping[str, Any]) -> dict[str, Any]:
@@ -384,7 +390,7 @@ def track(view: View) -> Perception:
             seen = given.get("object_position") if is_fresh else None
             station = _station_for(given["station_survey"], seen, given.get("object_aside", 0.0))
             away = 0.0 if seen is None else dist(seen[:2], station[:2])
-            if away > REACH[1] + FAR_OFF or (seen is None and given.get("object_absent") is True):
+            if away > REACH[1] + FAR_OFF or (seen is None and _is_searched(given)):
                 # From nowhere the arm reaches it, or all was looked over: no place is better than this one.
                 x, y, _ = given["base_position"]
                 station = (x, y, station[2])
@@ -397,6 +403,10 @@ def track(view: View) -> Perception:
                 values["object_distance"] = estimate(away, UNCERTAINTY)
                 values["object_out_of_reach"] = is_far or (is_low and seen[1] < OFF_BENCHES)
         view = yield values
+
+
+def _is_searched(given: Mapping[str, Any]) -> bool:
+    return given.get("object_absent") is True or given.get("search_darkened") is True
 
 
 def remember(view: View) -> Perception:
@@ -501,10 +511,15 @@ def _look(
             values["stand_lift"] = (believe_height(height, surveyed, UNNOTICED) - surveyed, UNCERTAINTY)
         others = points[~mask & _is_off_robot(points, given)]
         values |= _room_to_put(others, kind, (x, y, height), given)
-        is_empty = _shows_all_spots(others, kind, (x, y, height), given)
+        is_lit = is_lit_for(picture.rgb, kind.colour)
+        lit = points[~mask & is_lit & _is_off_robot(points, given)]
+        is_empty = _shows_all_spots(lit, kind, (x, y, height), given)
         values["object_delivered"] = (False,) if is_empty else None
     if int(mask.sum()) < MIN_PIXELS:
         return values | {"object_seen": (False,)}
+    if _is_partly_dark(picture, points, mask, kind):
+        place = tuple(np.median(points[mask], axis=0).tolist())
+        return values | {"object_seen": (False,), "object_delivered": None, "object_dark_place": (place,)}
     found, support = _locate(points[mask], points[~mask], kind)
     if support is not None and is_mast:
         height = kind.lying_height if found.is_lying else kind.height
@@ -594,7 +609,7 @@ def _room_to_put(
 
 
 def _shows_all_spots(points: Points, kind: Kind, middle: Place, given: Mapping[str, Any]) -> bool:
-    """Return True if points (n, 3), none of which is the object's, show each spot where it may stand.
+    """Return True if points (n, 3) in light, none of them the object's, show each spot where it may stand.
 
     Args:
         points: of the picture, without the object and the robot, m.
@@ -678,11 +693,26 @@ def _is_grey(kind: Kind) -> bool:
     return max(kind.colour) - min(kind.colour) < GREYISH * max(kind.colour)
 
 
-def _shows(picture: Picture, place: Place) -> bool:
-    """Check that a picture shows what is at a place, or below it where it is gone."""
-    points = picture.points()
-    near = np.hypot(points[:, :, 0] - place[0], points[:, :, 1] - place[1]) < SHOWN_WITHIN
-    return bool((near & (points[:, :, 2] < place[2] + SHOWN_WITHIN)).any())
+def _shows(picture: Picture, place: Place, kind: Kind) -> bool:
+    """Check that a picture shows in light what is at a place, or below it where it is gone."""
+    points = picture.points()[is_lit_for(picture.rgb, kind.colour)]
+    near = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1]) < SHOWN_WITHIN
+    return bool((near & (points[:, 2] < place[2] + SHOWN_WITHIN)).any())
+
+
+def _floor_points(picture: Picture, kind: Kind, given: Mapping[str, Any]) -> tuple[Points, Mask]:
+    """Return the points (n, 3) of floor that a picture shows, and a mask of those in light.
+
+    Of a grey object only those off the grey robot.
+    """
+    x, y, z = given["base_position"]
+    points, is_lit = picture.points(), is_lit_for(picture.rgb, kind.colour)
+    low = points[:, :, 2] < z - FLOOR_BELOW + ON_FLOOR[1]
+    if _is_grey(kind):
+        u, v = given.get("tool_position", (x, y, z))[:2]
+        low &= np.hypot(points[:, :, 0] - x, points[:, :, 1] - y) > CARRIAGE_RADIUS
+        low &= np.hypot(points[:, :, 0] - u, points[:, :, 1] - v) > HAND_RADIUS
+    return points[low], is_lit[low]
 
 
 def _find_kind(
@@ -701,6 +731,17 @@ def _find_kind(
         if float(np.linalg.norm(high - low)) <= LARGEST_SCALE * kind.diagonal:
             return part
     return np.zeros_like(mask)
+
+
+def _is_partly_dark(picture: Picture, points: Points, mask: Mask, kind: Kind) -> bool:
+    """Check that a part of the object's colour is smaller than the object and ends at what is dark."""
+    low, high = np.percentile(points[mask], (2.0, 98.0), axis=0)
+    if float(np.linalg.norm(high - low)) >= WHOLE * kind.diagonal:
+        return False
+    # Erosion takes the border of the picture away, which is no rim of a part.
+    rim = (~erode(~mask) & ~mask)[1:-1, 1:-1]
+    dark = rim & ~is_lit_for(picture.rgb, kind.colour)[1:-1, 1:-1]
+    return int(dark.sum()) >= DARK_RIM * int(rim.sum())
 
 
 def _is_off_robot(points: Points, given: Mapping[str, Any]) -> Mask:
@@ -732,8 +773,15 @@ def _locate(points: Points, around: Points, kind: Kind) -> tuple[Seen, float | N
     half = float(np.median(upper_points(points)[:, 2])) - z
     level = _level(points, seen.position)
     support = _support(around, seen.position, level - SUPPORT_DEPTH * 2.0 * half)
-    if support is None or not SIZES[0] < (level - support) / (2.0 * half) < SIZES[1]:
+    if support is None:
         return seen, None
+    scale = (level - support) / (2.0 * half)
+    if not SIZES[0] < scale < SIZES[1]:
+        top = min_area_rectangle(upper_points(points)[:, :2])
+        length = kind.height if seen.is_lying else kind.sides[0]
+        is_similar = abs(max(top.length, top.width) / length - scale) < SIMILAR
+        if not (is_similar and SIZES_IF_WIDE[0] < scale < SIZES_IF_WIDE[1]):
+            return seen, None
     middle = (x, y, (level + support) / 2.0)
     return Seen(middle, seen.top, seen.is_lying, seen.axis, seen.headings), support
 
@@ -768,57 +816,6 @@ def _stand_height(points: Points, belongs: Place) -> float | None:
     if len(heights) < 4 * MIN_PIXELS:
         return None
     return float(np.median(heights))
-
-
-def _searched(looked: Mapping[tuple[int, int], float], time: float, stands: Points) -> dict[str, Any]:
-    """Return how much of the area was looked over, and if that is all."""
-    share = _share_since(looked, time - SEARCH_AGE, stands)
-    return {
-        "object_searched": estimate(share, 0.02, time=time),
-        "object_absent": estimate(share >= SEARCHED_SHARE, time=time),
-    }
-
-
-def _cells(picture: Picture, stands: Points) -> set[tuple[int, int]]:
-    """Return the squares of the searched area whose top a picture shows."""
-    return _squares(picture.points().reshape(-1, 3), stands)
-
-
-def _floor_cells(
-    picture: Picture, kind: Kind, stands: Points, given: Mapping[str, Any]
-) -> set[tuple[int, int]]:
-    """Return the squares whose floor a picture shows; of a grey object only those off the grey robot."""
-    x, y, z = given["base_position"]
-    points = picture.points().reshape(-1, 3)
-    low = points[points[:, 2] < z - FLOOR_BELOW + ON_FLOOR[1]]
-    if _is_grey(kind):
-        u, v = given.get("tool_position", (x, y, z))[:2]
-        low = low[np.hypot(low[:, 0] - x, low[:, 1] - y) > CARRIAGE_RADIUS]
-        low = low[np.hypot(low[:, 0] - u, low[:, 1] - v) > HAND_RADIUS]
-    return _squares(low, stands)
-
-
-def _squares(points: Points, stands: Points) -> set[tuple[int, int]]:
-    """Return the squares of the searched area that points (n, 3) are in."""
-    low, high = _searched_area(stands)
-    inside = ((low < points[:, :2]) & (points[:, :2] < high)).all(axis=1)
-    cells = ((points[inside][:, :2] - low) / SEARCH_CELL).astype(np.intp)
-    return {(row[0], row[1]) for row in np.unique(cells, axis=0).tolist()}
-
-
-def _share_since(looked: Mapping[tuple[int, int], float], time: float, stands: Points) -> float:
-    """Return the share of the squares that were looked at since a time."""
-    low, high = _searched_area(stands)
-    rows, columns = ((high - low) / SEARCH_CELL).astype(np.intp).tolist()
-    # Squares at the far edges are not whole, and do not count.
-    recent = [1 for (row, column), seen in looked.items() if seen >= time and row < rows and column < columns]
-    return min(1.0, float(len(recent)) / max(1.0, float(rows * columns)))
-
-
-def _searched_area(stands: Points) -> tuple[Points, Points]:
-    """Return the lowest and the highest corner of the searched area."""
-    (left, near), (right, far) = SEARCH_WIDE
-    return stands.min(axis=0) + np.array((left, near)), stands.max(axis=0) + np.array((right, far))
 
 
 def _is_around(points: Points, places: Points) -> Mask:

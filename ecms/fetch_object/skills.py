@@ -125,11 +125,11 @@ def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
 def detect(observed: Observation, inputs: Inputs) -> SkillBody:
     """Move the arm out of sight and look from the mast; look for what is not there along the way."""
     pace = inputs["hand_speed"]
-    if observed.get("object_absent") is not True:
+    if not _is_searched(observed):
         observed = yield from _look(observed, pace)
     if observed.get("object_detected") is not True:
         observed = yield act("look", camera="mast")
-    if observed.get("object_detected") is not True and observed.get("object_absent") is not True:
+    if observed.get("object_detected") is not True and not _is_searched(observed):
         yield from _search(observed)
 
 
@@ -378,12 +378,12 @@ def _search(observed: Observation) -> Task:
     """Look from one place after the other until the object is seen, and drive to it.
 
     The camera over the aisle looks first: what lies in the aisle the mast does not see from there. The search
-    ends, too, when pictures have shown every place where it can be.
+    ends, too, when pictures have shown every place where it can be, in light or not.
     """
     if observed.get("object_detected") is not True:
         observed = yield act("look", camera="aisle_top")
     for x, y in _along_the_way(observed):
-        if observed.get("object_detected") is True or observed.get("object_absent") is True:
+        if observed.get("object_detected") is True or _is_searched(observed):
             break
         yield from _drive(x, y)
         observed = yield act("look", camera="mast")
@@ -391,6 +391,11 @@ def _search(observed: Observation) -> Task:
             # It may lie where the carriage stood before.
             observed = yield act("look", camera="aisle_top")
     return (yield from _go_there(observed))
+
+
+def _is_searched(observed: Observation) -> bool:
+    """Check that pictures have shown every place where it can be, or that the rest of them is dark."""
+    return observed.get("object_absent") is True or observed.get("search_darkened") is True
 
 
 def _drive(x: float, y: float) -> Task:

@@ -112,8 +112,9 @@ def test_without_enough_red_there_is_no_can() -> None:
             "object_seen",
             "object_searched",
             "object_absent",
+            "search_darkened",
         }
-        assert (found["object_seen"], found["object_absent"]) == (False,) * 2
+        assert (found["object_seen"], found["object_absent"], found["search_darkened"]) == (False,) * 3
 
 
 def test_the_searched_area_grows_until_the_object_is_seen() -> None:
@@ -281,8 +282,9 @@ def test_a_can_is_delivered_within_3_cm_on_what_may_be_the_stand(
 def test_an_object_that_is_not_seen_is_elsewhere_only_if_each_place_for_it_is_seen_empty() -> None:
     stand = Top(0.6, 0.2, 0.02, (0.13, 0.25), GREY)
     arm = Top(0.6, 0.3, 0.5, (0.06, 0.06), (90, 90, 90))
-    for tops, is_delivered in (([stand], False), ([stand, arm], None), ([], False)):
-        height = 0.06 if stand in tops else 0.04
+    dark = stand._replace(colour=(40, 40, 40))
+    for tops, is_delivered in (([stand], False), ([stand, arm], None), ([dark], None), ([], False)):
+        height = 0.06 if tops else 0.04
         given = {**WANTED, "to": "anywhere", **SURVEY, "delivery_position": (0.6, 0.2, height)}
         watched = Watched("fetch_object", "find_object", given)
         assert watched.see(0.0, draw(ABOVE, tops, name="mast"))["object_delivered"] is is_delivered
@@ -291,7 +293,12 @@ def test_an_object_that_is_not_seen_is_elsewhere_only_if_each_place_for_it_is_se
 
 
 def test_the_hand_sees_where_the_can_is_and_how_it_lies() -> None:
-    search = {"object_searched": 0.0, "object_absent": False}
+    search = {
+        "object_searched": 0.0,
+        "object_absent": False,
+        "search_darkened": False,
+        "object_dark_place": None,
+    }
     assert seen(draw(ABOVE, [], name="hand")) == {"object_seen": False, **search}
     standing = seen(draw(ABOVE, [STANDING], name="hand"))
     of_it = {"object_seen", "object_seen_time", "object_position", "object_lying"}
@@ -634,14 +641,52 @@ def test_a_can_that_only_the_camera_over_the_aisle_saw_is_looked_for_there_again
 
 def test_grey_floor_at_the_robot_counts_as_searched_for_no_grey_object() -> None:
     picture = draw(OVER_AISLE, [], name="aisle_top", ground=GREY)
-    stands = np.array([place[:2] for place in SURVEY.values()])
     red, grey = (
-        perceivers.Kind("cylinder", (0.02, 0.08), RED),
-        perceivers.Kind("cylinder", (0.02, 0.08), GREY),
+        perceivers.Kind("cylinder", (0.02, 0.08), (0.8, 0.1, 0.1)),
+        perceivers.Kind("cylinder", (0.02, 0.08), (0.5, 0.5, 0.5)),
     )
     given = {"base_position": (0.1, -0.9, 0.3), "tool_position": (0.5, -0.9, 0.6)}
-    cells = [perceivers._floor_cells(picture, kind, stands, given) for kind in (red, grey)]
-    assert cells[1] < cells[0]
+    shown = [len(perceivers._floor_points(picture, kind, given)[0]) for kind in (red, grey)]
+    assert shown[1] < shown[0]
+
+
+def test_a_search_ends_when_all_that_is_left_is_dark() -> None:
+    # From so high the picture shows all of the area; the far half of it is dark.
+    high = Camera(eye=(1.0, -0.5, 5.0), target=(1.0, -0.5, 0.0), up=(1.0, 0.0, 0.0), field_of_view=60.0)
+    dark = Top(1.0, -3.0, 0.001, (9.0, 2.5), (20, 20, 20))
+    given = {**WANTED, **SURVEY, "base_position": (-9.0, 0.0, 0.31)}
+    for shade, is_absent in ((dark, False), (dark._replace(colour=(150, 150, 150)), True)):
+        watched = Watched("fetch_object", "find_object", given)
+        found = watched.see(0.0, draw(high, [shade], name="mast"))
+        assert (found["object_absent"], found["search_darkened"]) == (is_absent, not is_absent)
+        if shade is dark:
+            assert found["object_dark_place"][1] < -0.5
+            assert 0.2 < found["object_searched"] < 0.8
+        else:
+            assert found["object_dark_place"] is None
+    lit = watched.see(1.0, draw(high, [], name="mast", time=1.0))
+    assert (lit["object_absent"], lit["search_darkened"], lit["object_dark_place"]) == (True, False, None)
+
+
+@pytest.mark.parametrize(("shade", "is_seen"), [((25, 25, 25), False), ((90, 90, 90), True)])
+def test_an_object_that_is_half_in_the_dark_is_not_located(
+    shade: tuple[int, int, int], is_seen: bool
+) -> None:
+    over = Top(0.6, 0.29, 0.081, (0.05, 0.09), shade)
+    found = from_mast(STANDING, over)
+    assert (found["object_seen"], found["search_darkened"]) == (is_seen, not is_seen)
+    if not is_seen:
+        assert found["object_dark_place"] == pytest.approx((0.6, 0.19, 0.08), abs=0.01)
+        assert found["object_absent"] is False
+
+
+@pytest.mark.parametrize(("radius", "scale"), [(0.0154, 0.7), (0.022, 1.0)])
+def test_a_much_lower_object_is_a_small_one_only_if_its_top_is_small_too(radius: float, scale: float) -> None:
+    low = STANDING._replace(z=0.056, half=(radius, 0.0))
+    found = from_mast(low)
+    assert found["object_position"][2] == pytest.approx(0.028 if scale < 1.0 else 0.016, abs=0.004)
+    if scale < 1.0:
+        assert found["object_scale"] == pytest.approx(scale, abs=0.05)
 
 
 @pytest.mark.parametrize("x", [-0.45, -0.2])

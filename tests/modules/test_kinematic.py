@@ -165,7 +165,7 @@ def test_places_are_surveyed_as_the_modules_own_variables() -> None:
         "clean_table.area_position": (0.5, pytest.approx(-1.2), 0.0),
         "clean_table.dock_position": (0.0, pytest.approx(-1.2), 0.0),
     }
-    assert set(scene.truth()) == {
+    assert set(scene.truth()) >= {
         f"clean_table.{name}(region = {region})"
         for name in ("table_wiped", "table_organized", "table_verified")
         for region in ("whole", "left", "right")

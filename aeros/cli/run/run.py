@@ -52,7 +52,7 @@ from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.ports import PlantLostError
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import OperatorCommands
-from aeros.session.joined_tasks import joined_task, tasks_of
+from aeros.session.joined_tasks import joined_task, request_for_goal, tasks_of
 from aeros.session.plant_factory import PlantSetupError
 from aeros.session.setup import (
     SETUP_ERRORS,
@@ -344,10 +344,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
         arguments.instruction = shlex.join(arguments.task)
     elif arguments.task is not None:
         raise UsageError("give an instruction or --task, not both")
-    if arguments.goal is not None and arguments.instruction is None and not is_going_on:
-        raise UsageError("--goal replaces the goal of a task: give an instruction or --task NAME, too")
-    if is_going_on != (arguments.instruction is None):
-        raise UsageError("give an instruction or --task NAME, or --resume without either")
+    is_goal_alone = arguments.goal is not None and arguments.instruction is None
+    if is_goal_alone and arguments.watchdog:
+        raise UsageError("with --watchdog, give an instruction or --task NAME together with --goal")
+    if is_going_on != (arguments.instruction is None) and not (is_goal_alone and not is_going_on):
+        raise UsageError("give an instruction, --task NAME or --goal, or --resume without them")
     require_signing_options(arguments)
     require_ros2_options(arguments)
     if arguments.keep and arguments.bag is None and arguments.mcap is None:
@@ -415,12 +416,15 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         warn_of_withheld_modules(governor)
         is_signed = not (arguments.unsigned or arguments.serve_plant)
         key = find_signing_key(arguments.state, arguments.audit_key) if is_signed else None
+        goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
+        if arguments.instruction is None and goal is not None:
+            arguments.task = request_for_goal(goal, configuration)
+            arguments.instruction = shlex.join(arguments.task)
         meaning = find_meaning(arguments, configuration, governor)
         # A choice that was made on the terminal holds for the rest of the run, and for `--resume`.
         arguments.instruction = meaning.instruction
         if arguments.composition is not None:
             single_errand(meaning)
-        goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
         meaning = meaning if goal is None else with_goal(meaning, goal)
         module = configuration.modules[meaning.first.module]
         tasks = tasks_of(meaning, configuration, goal, module.compositions.get(arguments.composition))

@@ -14,6 +14,7 @@ from aeros.perception.colours import (
     has_dominant_colour,
     has_hsv_colour,
     has_red_ratios,
+    is_lit_for,
     to_hsv,
 )
 
@@ -87,3 +88,19 @@ def test_a_greyish_surface_is_found_by_its_brightness() -> None:
     assert not has_colour_of(others, (0.5, 0.5, 0.5)).any()
     assert has_colour_of(np.array([[8, 14, 10], [20, 18, 15]], np.uint8), (0.05, 0.05, 0.05)).all()
     assert not has_colour_of(shades, (0.05, 0.05, 0.05)).any()
+
+
+@pytest.mark.parametrize(
+    "colour", [(0.8, 0.1, 0.08), (0.15, 0.3, 0.75), (0.4, 0.1, 0.1), (0.5, 0.5, 0.5), (0, 0, 0)]
+)
+@pytest.mark.parametrize("surface", [0.3, 1.0])
+def test_where_a_pixel_is_lit_a_surface_would_show_its_colour(
+    colour: tuple[float, float, float], surface: float
+) -> None:
+    lights = np.linspace(0.0, 1.0, 101)
+    pixels = np.rint(255.0 * surface * lights[:, None] * np.ones(3)).astype(np.uint8)
+    of_it = np.rint(255.0 * lights[:, None] * np.array(colour)).astype(np.uint8)
+    lit = is_lit_for(pixels, colour)
+    assert not (lit & ~has_colour_of(of_it, colour)).any()
+    assert lit[-1] == (surface == 1.0 or colour == (0.8, 0.1, 0.08))
+    assert not lit[:20].any()

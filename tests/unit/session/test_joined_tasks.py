@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import pytest
 
+from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.understand import understand
 from aeros.apps.goal import parse_goal
 from aeros.runtime.gate.configuration import Configuration
-from aeros.session.joined_tasks import joined_task, tasks_of
+from aeros.session.joined_tasks import joined_task, request_for_goal, tasks_of
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Task
@@ -49,6 +50,27 @@ def test_each_task_is_listed_once_and_those_behind_the_goal_last(
     instruction: str, goal: str | None, expected: list[str]
 ) -> None:
     assert tasks(instruction, goal) == expected
+
+
+@pytest.mark.parametrize(
+    ("goal", "request_"),
+    [
+        ("dumpling_cooked", ["make_dumplings.make_dumplings"]),
+        ("table_wiped and region == left", ["clean_table.clean_table", "region=left"]),
+        ("2 == count and dumpling_wrapped", ["make_dumplings.make_dumplings", "count=2"]),
+        ("not (region == left) and table_wiped", ["clean_table.clean_table"]),
+        ("holding and clutter_on_table", ["clean_table.clean_table"]),
+    ],
+)
+def test_a_goal_alone_is_of_the_task_whose_variables_it_reads(goal: str, request_: list[str]) -> None:
+    configuration = around()
+    assert request_for_goal(parse_goal(goal, configuration.site), configuration) == request_
+
+
+def test_a_goal_that_reads_no_module_is_of_no_task() -> None:
+    configuration = around()
+    with pytest.raises(InstructionError, match="`holding` is of no task: give an instruction"):
+        request_for_goal(parse_goal("holding", configuration.site), configuration)
 
 
 def test_the_first_task_says_where_the_robot_starts() -> None:

@@ -25,7 +25,7 @@ INTERFACE_MEMBERS: Final = split_names(
     "Points Rectangle Sample View believe_height connected_components correct_points erode "
     "estimate find_ground find_level_disc find_plane fit_camera_error fit_circle fit_plane "
     "has_colour_of has_dominant_colour has_hsv_colour has_red_ratios has_size heap_volume "
-    "heights_above inlier_mask largest_component largest_gap level_ground locate_box "
+    "heights_above inlier_mask is_lit_for largest_component largest_gap level_ground locate_box "
     "locate_cylinder mean_nearby min_area_rectangle point_cloud seen_cells separate_parts "
     "smooth_colours to_hsv top_face top_points trim_to_plane upper_points without_specks wrap_heading"
 )

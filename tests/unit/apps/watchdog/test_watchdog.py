@@ -259,7 +259,7 @@ def test_an_instruction_or_resume_and_not_both(
     arguments: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["run", *arguments, "--state", str(tmp_path)]) == Exit.USAGE
-    assert "give an instruction or --task NAME, or --resume without either" in capsys.readouterr().err
+    assert "give an instruction, --task NAME or --goal, or --resume without them" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("more", [["--bag", "bag"], ["--mcap", "run.mcap"], ["--live"]])

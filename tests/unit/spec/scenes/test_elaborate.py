@@ -71,7 +71,7 @@ def test_a_truth_that_speaks_of_a_parameter_is_one_for_each_of_its_values() -> N
     }
     delivered = truth["fetch_object.object_delivered(object = blue_block, to = left)"]
     assert set(variables_of(delivered.term)) == {"decoy.position in delivered_left", "decoy.held"}
-    assert len(truth) == 2 + 2 * 4
+    assert len(truth) == 2 * 2 + 2 * 4
 
 
 def test_a_truth_may_use_another_that_depends_on_a_parameter(tmp_path: Path) -> None:
