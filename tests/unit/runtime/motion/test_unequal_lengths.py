@@ -53,6 +53,7 @@ def travel(path: Any) -> base_contact.BaseTravel:
         lambda: bezier.remaining_path((RAGGED,), 0.5),
         lambda: bezier.derivatives(RAGGED),
         lambda: find_base_detour((-1.0, 0.0, 0.0), (3.0, 0.0, 0.0), [BOX], lambda _: True, lambda _: None),
+        lambda: find_base_detour((1.0, -1.0, 1.0), (3.0, 1.0, 1.0), [BOX], lambda _: False, lambda _: None),
         lambda: kinematic_bounds.chord_terms((1.0, 1.0), (1.0,), (False, False)),
         lambda: kinematic_bounds.is_c2_continuous((RAGGED, RAGGED)),
         lambda: kinematic_bounds.joint_rates((((0.0,),) * 4, ((0.0, 0.0),) * 4), 1.0),
