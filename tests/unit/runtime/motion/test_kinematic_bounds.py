@@ -242,7 +242,9 @@ def test_halving_comes_close_to_the_exact_speed_and_stops_below_the_limit() -> N
         assert least <= found * (1.0 + 1e-9) <= least * 1.01
     # Only what is below the limit is left whole, rounding included.
     assert tool_rates(HALF_METRE, (line(0.5),), 2.0, whole.speed * (1.0 + 1e-12))[0] == whole
-    assert tool_rates(HALF_METRE, (line(0.5),), 2.0, whole.speed / (1.0 + 1e-9))[0].speed < enough.speed * 1.02
+    assert (
+        tool_rates(HALF_METRE, (line(0.5),), 2.0, whole.speed / (1.0 + 1e-9))[0].speed < enough.speed * 1.02
+    )
     halves = tuple(((q,), (q + 1.0 / 12.0,), (q + 1.0 / 6.0,), (q + 0.25,)) for q in (0.0, 0.25))
     for limit in (1.002, 1.01):
         assert tool_rates(HALF_METRE, halves, 2.0, exact * limit)[0].speed <= exact * limit  # type: ignore[arg-type]

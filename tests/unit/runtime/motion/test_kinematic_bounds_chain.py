@@ -135,8 +135,8 @@ def test_beyond_and_before_a_prismatic_joint_bends_are_of_the_joints_that_turn()
     posture = ForwardKinematics(SLIDING, (0.0, 0.3, 0.0))
     terms = chord_terms((0.1, 0.2, 0.4), (0.0, 0.0, 0.0), posture.slides)
     _, near = posture.chord_deviation_bound(3, (1.25, 0.3, 0.0), terms)
-    # Joint 3 bends at 0.25 m, with itself and joint 1. Joint 2's own way turns with joint 1. Joint 1's reach is
-    # longer by 0.1 m of joint 3 and by joint 2's way.
+    # Joint 3 bends at 0.25 m, with itself and joint 1. Joint 2's own way turns with joint 1. Joint 1's reach
+    # is longer by 0.1 m of joint 3 and by joint 2's way.
     assert near == pytest.approx(0.25 * 0.4 * 0.3 + 0.2 * 0.1 + (hypot(1.25, 0.3) + 0.1 + 0.2) * 0.005)
 
 
