@@ -137,11 +137,11 @@ def test_seams_differ_by_no_more_than_rounding_explains() -> None:
                 assert is_c2_continuous(seam) is meets
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(12))
 def test_on_a_short_path_the_bounds_are_the_exact_derivatives(seed: int) -> None:
     """By the path's parameter, compared with differences; the bounds exceed them by a share of the length."""
     chance, length = chance_of(seed), 1e-3
-    robot = body(chance)
+    robot = with_slides(body(chance), chance) if seed % 2 else body(chance)
     rows = [
         (chance.uniform(-1.0, 1.0), chance.uniform(-1.0, 1.0) * length, chance.uniform(-1.0, 1.0) * length**2)
         for _ in robot.dh_rows
@@ -158,11 +158,11 @@ def test_on_a_short_path_the_bounds_are_the_exact_derivatives(seed: int) -> None
     # |ω|² is half the sum of the squared rates of the three axes.
     turn = sqrt(sum(dist(x, y) ** 2 for x, y in zip(postures[0][1:], postures[2][1:], strict=True)) / 2.0)
     peak, second_peak, _ = TIMING_PEAKS
-    assert moving.speed / peak == pytest.approx(slope, rel=0.02)
-    assert turning.speed / peak == pytest.approx(turn, rel=0.02)
+    assert moving.speed / peak == pytest.approx(slope, rel=0.01)
+    assert turning.speed / peak == pytest.approx(turn, rel=0.01)
     first = moving.speed / peak / (1.0 + 1e-9)
     second = (moving.acceleration / (1.0 + 1e-9) - first * second_peak) / peak**2
-    assert second == pytest.approx(bend, rel=0.05)
+    assert second == pytest.approx(bend, rel=0.02)
 
 
 @pytest.mark.parametrize("seed", range(8))
