@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
 import random
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
@@ -126,13 +129,15 @@ def test_a_bound_is_asked_about_only_where_boxes_leave_it_open() -> None:
 def test_a_bound_that_is_just_kept_or_just_not_is_left_open() -> None:
     """The greatest value of the tent is 1, the least 0, and the margin a millionth of the box around it."""
     network = replace(network_of(TENT), is_double=True)
-    for end, expected in ((1.0, None), (1.0 + 1e-6, None), (1.0 - 1e-6, None), (1.0 + 1e-5, True)):
-        found = marabou._search(network, BOX, {"y": ((-9.0, end),)})
-        assert (found.is_proved, found.witness) == (expected is True, None), end
-    assert marabou._search(network, BOX, {"y": ((-9.0, 1.0 - 1e-5),)}).witness is not None
-    for end, expected in ((0.0, None), (-1e-6, None), (-1e-5, True)):
-        found = marabou._search(network, BOX, {"y": ((end, 9.0),)})
-        assert (found.is_proved, found.witness) == (expected is True, None), end
+    left_open = BoundSearch(False, None, 2)
+    for ends in ((-9.0, 1.0 - 1e-6), (-9.0, 1.0), (-9.0, 1.0 + 1e-6), (0.0, 9.0), (-1e-6, 9.0)):
+        assert marabou._search(network, BOX, {"y": (ends,)}) == left_open
+    for ends in ((-9.0, 1.0 + 1e-5), (-1e-5, 9.0)):
+        assert marabou._search(network, BOX, {"y": (ends,)}) == BoundSearch(True, None, 1)
+    for ends in ((-9.0, 1.0 - 1e-5), (1e-5, 9.0)):
+        found = marabou._search(network, BOX, {"y": (ends,)})
+        assert found == BoundSearch(False, found.witness, 1)
+        assert found.witness is not None
 
 
 @pytest.mark.usefixtures("stand_in")
@@ -151,6 +156,28 @@ def test_an_input_that_does_not_violate_is_no_witness(monkeypatch: pytest.Monkey
     )
     found = marabou._search(network_of(TENT), BOX, {"y": ((-0.1, 0.9),)})
     assert (found.is_proved, found.witness) == (False, None)
+
+
+@pytest.mark.usefixtures("stand_in")
+def test_a_process_of_its_own_answers_or_is_late(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forked here, so that it has the stand-in, too."""
+    network, then, fork = network_of(TENT), {"y": ((-0.1, 1.1),)}, multiprocessing.get_context("fork")
+    monkeypatch.setattr(marabou.multiprocessing, "get_context", {"spawn": fork}.__getitem__)
+    assert decide_with_marabou(network, BOX, then) == BoundSearch(True, None, 2)
+
+    ours = os.getpid()
+
+    def seen(*given: object) -> object:
+        process = multiprocessing.current_process()
+        return os.getppid() == ours, process.daemon, given == (network, BOX, then)
+
+    monkeypatch.setattr(marabou, "_search", seen)
+    assert decide_with_marabou(network, BOX, then) == (True, True, True)  # type: ignore[comparison-overlap]
+    monkeypatch.setattr(marabou, "_search", lambda *_: time.sleep(60.0))
+    started = time.monotonic()
+    assert decide_with_marabou(network, BOX, then, 0.1) == BoundSearch(False, None, 0)
+    assert time.monotonic() - started < 30.0
+    assert multiprocessing.active_children() == []
 
 
 @pytest.mark.usefixtures("stand_in")
