@@ -136,8 +136,9 @@ def test_a_bound_that_is_just_kept_or_just_not_is_left_open() -> None:
         assert marabou._search(network, BOX, {"y": (ends,)}) == BoundSearch(True, None, 1)
     for ends in ((-9.0, 1.0 - 1e-5), (1e-5, 9.0)):
         found = marabou._search(network, BOX, {"y": (ends,)})
-        assert found == BoundSearch(False, found.witness, 1)
+        assert found == BoundSearch(False, found.witness, found.parts)
         assert found.witness is not None
+        assert found.parts in (1, 2), "the first input may be too near to the end"
 
 
 @pytest.mark.usefixtures("stand_in")
