@@ -74,6 +74,8 @@ def test_the_clearance_is_kept_to_the_last_millimetre() -> None:
     # Three sides of a square: the third rod is parallel to the first, 0.5 m from it, with 0.4 m of air.
     still = (0.0, pi / 2, pi / 2)
     assert find_link_contact(moving(still, still), 0.399) is None
+    assert find_link_contact(moving(still, still), 0.4 - 2e-9) is None
+    assert find_link_contact(moving(still, still), 0.4 - 1e-12) is not None, "rounding has its room"
     found = find_link_contact(moving(still, still, WITHOUT_FOOT), 0.401)
     assert found is not None
     assert (found.inner, found.outer) == ("first", "third")
