@@ -70,9 +70,12 @@ def real(number: float) -> z3.RatNumRef:
 def _clip(query: InputQuery, source: int, target: int, lower: float, upper: float) -> None:
     x = query.variables[source]
     x = z3.If(x < real(lower), real(lower), x)
-    if upper != float("inf"):
-        x = z3.If(x > real(upper), real(upper), x)
-    query.asserted.append(query.variables[target] == x)
+    query.asserted.append(query.variables[target] == z3.If(x > real(upper), real(upper), x))
+
+
+def _relu(query: InputQuery, source: int, target: int) -> None:
+    x = query.variables[source]
+    query.asserted.append(query.variables[target] == z3.If(x < 0, z3.RealVal(0), x))
 
 
 def _solve(query: InputQuery, options: SimpleNamespace, redirect: str) -> tuple[str, dict[int, float], None]:
@@ -94,6 +97,6 @@ MARABOU = SimpleNamespace(
     InputQuery=InputQuery,
     Options=SimpleNamespace,
     addClipConstraint=_clip,
-    addReluConstraint=lambda query, source, target: _clip(query, source, target, 0.0, float("inf")),
+    addReluConstraint=_relu,
     solve=_solve,
 )

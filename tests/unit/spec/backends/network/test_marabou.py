@@ -16,7 +16,7 @@ import pytest
 
 from aeros.spec.backends.network import marabou
 from aeros.spec.backends.network.bound_search import BoundSearch, Target, violates
-from aeros.spec.backends.network.box_propagation import propagate
+from aeros.spec.backends.network.box_propagation import bound_vectors, propagate
 from aeros.spec.backends.network.marabou import decide_with_marabou, marabou_version
 from aeros.spec.backends.network.steps import Clip, Join, Linear, Network, Scale, Smooth, Sum
 from aeros.spec.diagnostics.errors import MisuseError
@@ -114,6 +114,13 @@ def test_each_end_of_each_output_is_proved_above_what_is_reached_and_refuted_bel
                     assert all(low <= one <= high for low, one, high in rows)
 
 
+def test_a_query_numbers_its_inputs_and_outputs() -> None:
+    network = all_steps(0, is_double=True)
+    query, first = marabou._query(MARABOU, network, bound_vectors(network, ANYWHERE))
+    x, z, k, place = (first[name] for name in "xzkl")
+    assert query.marked == {"in": [x, x + 1, z], "out": [k, place, place + 1, place + 2]}
+
+
 @pytest.mark.usefixtures("stand_in")
 def test_a_bound_is_asked_about_only_where_boxes_leave_it_open() -> None:
     network = network_of(TENT)
@@ -184,7 +191,7 @@ def test_a_process_of_its_own_answers_or_is_late(monkeypatch: pytest.MonkeyPatch
 @pytest.mark.usefixtures("stand_in")
 def test_a_smooth_step_is_no_query() -> None:
     network = Network({"x": 1}, {"y": "y"}, (Smooth("y", "x", "tanh"),), is_double=True)
-    with pytest.raises(MisuseError, match="Marabou is given piecewise linear networks only"):
+    with pytest.raises(MisuseError, match=r"^Marabou is given piecewise linear networks only$"):
         marabou._query(MARABOU, network, {"x": ([0.0], [1.0]), "y": ([0.0], [1.0])})
 
 
