@@ -76,14 +76,15 @@ def decided(
     plan: Any,
     kind: str = "move",
     policy: MotionPolicy = POLICY,
-    joint: float = 0.0,
+    joint: float | tuple[float, ...] = 0.0,
     speed: float = 0.25,
     **more: Any,
 ) -> list[tuple[str, str]]:
     target = (0.438791280945, 0.239712769302, 0.5)
     parameters = {"target": target, "x": 0.0, "y": 0.0, "speed": speed, **more}
     allowed = Decision(DecisionKind.ALLOW, act(kind, **parameters), ())
-    found = MotionDecider(policy).decide(allowed, plan, {"joint_angle": Reading((joint,), 0.0)})
+    measured = joint if isinstance(joint, tuple) else (joint,)
+    found = MotionDecider(policy).decide(allowed, plan, {"joint_angle": Reading(measured, 0.0)})
     assert (found.kind is DecisionKind.DENY) == bool(found.reasons)
     assert found == allowed or found.action is None
     return [(reason.code, reason.rule) for reason in found.reasons]
