@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Sequence
+from functools import partial
 from itertools import combinations, pairwise, permutations
 from math import cos, dist, pi, sin
+from operator import eq
 
 import pytest
 from hypothesis import given, settings
@@ -270,7 +272,7 @@ def test_legs_are_used_where_they_keep_three_centimetres_from_obstacles_and_only
             for step in range(151)
         ]
         least = min(clearance(place, boxes) for place in line)
-        way = find_detour(start, target, BASE, boxes, lambda place, via=via: place == via, clear)
+        way = find_detour(start, target, BASE, boxes, partial(eq, via), clear)
         if not 0.03 <= least < 0.04:  # samples are 1 cm apart
             assert way == ([via, target] if least > 0.03 else None), seed
             seen[way is None] += 1

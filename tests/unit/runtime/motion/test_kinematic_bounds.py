@@ -247,7 +247,7 @@ def test_halving_comes_close_to_the_exact_speed_and_stops_below_the_limit() -> N
     )
     halves = tuple(((q,), (q + 1.0 / 12.0,), (q + 1.0 / 6.0,), (q + 0.25,)) for q in (0.0, 0.25))
     for limit in (1.002, 1.01):
-        assert tool_rates(HALF_METRE, halves, 2.0, exact * limit)[0].speed <= exact * limit  # type: ignore[arg-type]
+        assert tool_rates(HALF_METRE, halves, 2.0, exact * limit)[0].speed <= exact * limit
 
 
 def test_a_tool_on_the_axis_turns_and_does_not_move() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import multiprocessing
 import os
 import random
@@ -170,7 +171,7 @@ def test_an_input_that_does_not_violate_is_no_witness(monkeypatch: pytest.Monkey
 def test_a_process_of_its_own_answers_or_is_late(monkeypatch: pytest.MonkeyPatch) -> None:
     """Forked here, so that it has the stand-in, too."""
     network, then, fork = network_of(TENT), {"y": ((-0.1, 1.1),)}, multiprocessing.get_context("fork")
-    monkeypatch.setattr(marabou.multiprocessing, "get_context", {"spawn": fork}.__getitem__)
+    monkeypatch.setattr(multiprocessing, "get_context", {"spawn": fork}.__getitem__)
     assert decide_with_marabou(network, BOX, then) == BoundSearch(True, None, 2)
 
     ours = os.getpid()
@@ -196,8 +197,8 @@ def test_a_smooth_step_is_no_query() -> None:
 
 
 def test_the_version_is_that_of_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(marabou.importlib.util, "find_spec", {"maraboupy": object()}.get)
+    monkeypatch.setattr(importlib.util, "find_spec", {"maraboupy": object()}.get)
     monkeypatch.setattr(marabou, "package_version", lambda module, package: f"of {module} {package}")
     assert marabou_version() == "maraboupy of maraboupy maraboupy"
-    monkeypatch.setattr(marabou.importlib.util, "find_spec", lambda _: None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
     assert marabou_version() is None
