@@ -111,7 +111,7 @@ def test_a_base_nears_a_wall_by_its_way(is_synchronous: bool, axis: int, sign: f
     assert found.distance == pytest.approx(1.0 - 0.3 - 0.06)
 
 
-def test_what_is_held_is_measured_from_faces_edges_and_corners() -> None:
+def test_a_held_box_is_measured_from_faces_edges_and_corners() -> None:
     """A box from 0.4 to 0.6, -0.1 to 0.1, and 0.4 to 0.6."""
     corners = tuple((x, y, z) for x in (0.4, 0.6) for y in (-0.1, 0.1) for z in (0.4, 0.6))
     holding = turning(0.0, held=Hull("held", 1, corners, 0.0))

@@ -766,7 +766,7 @@ def test_a_prismatic_joint_meets_a_ceiling_only_if_it_rises_that_far() -> None:
     assert "`arm` enters the volume `ceiling` by 160 mm" in reasons(high, policy)
 
 
-def test_what_is_exactly_at_a_limit_is_allowed() -> None:
+def test_exactly_at_a_limit_a_motion_is_allowed() -> None:
     """All numbers are exact in binary: 0.5 rad are the lowest, the highest, and the target."""
     for angle in (0.5, -0.5):
         at_end = replace(POLICY, lowest=(Fraction(min(angle, 0.0)),), highest=(Fraction(max(angle, 0.0)),))
@@ -802,7 +802,7 @@ def test_a_lever_of_exactly_one_is_enough() -> None:
         assert decided(rising, "slide", tracked) == found
 
 
-def test_what_is_held_touches_no_surface_while_another_motion_is_under_way() -> None:
+def test_a_held_object_touches_no_surface_while_another_motion_is_under_way() -> None:
     kinds = {**CARRYING.kinds, "slide": replace(CARRYING.kinds["slide"], surface=SURFACE)}
     policy = replace(CARRYING, kinds=kinds)
     plan = turn(0.0, 0.9, 4.0)

@@ -151,7 +151,7 @@ def test_a_bound_that_is_just_kept_or_just_not_is_left_open() -> None:
 
 @pytest.mark.usefixtures("stand_in")
 @pytest.mark.parametrize("status", ["TIMEOUT", "unknown", "ERROR"])
-def test_what_marabou_leaves_open_is_left_open(status: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bound_that_marabou_leaves_open_is_left_open(status: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(MARABOU, "solve", lambda *_: (status, {}, None))
     found = marabou._search(network_of(TENT), BOX, {"y": ((-0.1, 1.1),)})
     assert (found.is_proved, found.witness) == (False, None)
