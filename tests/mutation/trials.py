@@ -12,16 +12,14 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, Final, TextIO
+from typing import Final, TextIO
 
 import coverage
 import pytest
 
-from aeros.spec.backends.solver_process import SOLVER_PROCESS, SolverProcess
-from aeros.spec.backends.solver_results import NoAnswerError
 from tests.mutation.areas import Area
 from tests.mutation.forks import fork
 from tests.mutation.live import LiveFunctions
@@ -158,8 +156,10 @@ class Trials(QuickReports):
         """
         if self._area.proves():
             os.environ["AEROS_STORE_OF_TESTS"] = tempfile.mkdtemp(dir=os.environ["AEROS_STORE_OF_TESTS"])
-            if not unit.startswith(SolverProcess.__name__):
-                setattr(SolverProcess, "ask", _answer_here)  # noqa: B010 - mypy allows no other way
+            if not unit.startswith("SolverProcess"):
+                from tests.mutation.solver_here import answer_here  # imports AEROS
+
+                answer_here()
 
     def _fails(self, test: str) -> bool:
         item = self._items[test]
@@ -220,21 +220,6 @@ class Trials(QuickReports):
             lines = data.lines(path)
             if lines:
                 pipe.write(f"{Path(path).relative_to(Path.cwd())} {' '.join(map(str, lines))}\n")
-
-
-_ask: Final = SolverProcess.ask
-
-
-def _answer_here(
-    process: SolverProcess, answer: Callable[..., Any], *arguments: object, seconds: float
-) -> Any:
-    """Answer a question of the solver process in this one; tests of other processes ask these."""
-    if process is not SOLVER_PROCESS:
-        return _ask(process, answer, *arguments, seconds=seconds)
-    try:
-        return answer(*arguments)
-    except (MemoryError, RecursionError) as error:
-        raise NoAnswerError(f"the solver gave up: {type(error).__name__}") from error
 
 
 @cache
