@@ -113,9 +113,6 @@ class _Objections:
                 _Plan if self.ask("is-trajectory") else NoMotion if self.ask("is-no-motion") else object
             ),
             merge_motions=self._merge,
-            MergedMotion=self._merge_alone,
-            RemainingMotion=lambda of: ("remaining", of),
-            ConcurrentMotion=lambda *given: given,
             held_object=self._held_object,
             moves_joints=lambda of: self.ask(f"{of.name}.moves-joints"),
             commanded_joint_position=lambda other: f"place of {other.plan.name}",
@@ -150,7 +147,11 @@ class _Objections:
         made._malformed = self._malformed
         made._joints_too_fast = lambda *given: self._check("joints", given, self.plan)
         made._tool_too_fast = lambda *given: self._check(
-            "tool", given, self.policy, [(self.action, self.plan, 0.0), *self.others], self.merged
+            "tool",
+            given,
+            self.policy,
+            [(self.action, self.plan), *((one.action, one.plan) for one in self.others)],
+            self.merged,
         )
         made._breaches = lambda *given: self._check(
             "barriers", given, self.policy, self.action, None if others else self.plan, self.moving
@@ -188,10 +189,6 @@ class _Objections:
         _same((plan, concurrent), (self.plan, self.others))
         return self.merged if self.ask("can-be-merged") else "it cannot"
 
-    def _merge_alone(self, joints: object, base: object) -> Any:
-        _same((joints, base), (("remaining", self.plan), ("remaining", self.plan)))
-        return self.merged
-
     def _held_object(self, policy: object, body: object, readings: object) -> Any:
         _same((policy, readings), (self.policy, self.readings))
         return "held", body
@@ -226,7 +223,8 @@ def objections_obligation(code: ModuleSource) -> TheoremObligation:
         (
             "is-trajectory",
             "plan.is-formed",
-            smt_implies("has-others", smt_and(("can-be-merged", *of_others))),
+            "can-be-merged",
+            smt_implies("has-others", smt_and(of_others)),
             *(f"{check}.holds" for check in _CHECKS),
             smt_implies(arm, "links.holds"),
             smt_implies("has-obstacles", "obstacles.holds"),
@@ -234,7 +232,7 @@ def objections_obligation(code: ModuleSource) -> TheoremObligation:
     )
     return nothing_obligation(
         "`MotionDecider._objections` is empty exactly where the plant says that nothing moves, or where\n"
-        "it returned a trajectory of its form, those under way are of theirs and can be merged with it,\n"
+        "it returned a trajectory of its form, those under way are of theirs, all can be merged,\n"
         "and each comparison of the merged motion finds nothing: start, base, end, joints, tool, speed of\n"
         "the base, barriers, links, obstacles; for each motion under way, that it is where it has to be,\n"
         "and its end.",

@@ -300,10 +300,7 @@ def tool_obligation(code: ModuleSource) -> TheoremObligation:
         # Motions under way may stand in any order.
         order = _MOTIONS if ask("in-order") else _MOTIONS[::-1]
         motions = [
-            SimpleNamespace(
-                action=Action(f"kind {name}", {"peak": Speed(f"{name}.speed", ask), "other": None}),
-                plan=plans[name],
-            )
+            (Action(f"kind {name}", {"peak": Speed(f"{name}.speed", ask), "other": None}), plans[name])
             for name in (order if number > 1 else _MOTIONS[:1])
         ]
         merged = SimpleNamespace(joints=SimpleNamespace(motion=arm), base=SimpleNamespace(motion=base))

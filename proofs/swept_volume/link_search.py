@@ -167,7 +167,7 @@ def _gap_obligation(code: ModuleSource) -> TheoremObligation:
             radius = SymbolicReal(f"radius.{kind}.{side}", ask)
             return SimpleNamespace(link=side, kind=kind, joint=joint, radius=radius, corners=(side,))
 
-        def search(inner: Any, outer: Any, reach: Any, hint: Any = None) -> Any:
+        def search(inner: Any, outer: Any, reach: Any) -> Any:
             (still, kind, joint), (moved, same, outer_joint, standing) = inner, outer
             if (still, moved, kind, joint, outer_joint, standing) != ("inner", "outer", same, 1, 3, 1):
                 raise ValueError(inner, outer)
@@ -180,9 +180,8 @@ def _gap_obligation(code: ModuleSource) -> TheoremObligation:
             *(hull("hulls", side, joint) for side, joint in (("inner", 1), ("outer", 3))),
             *(hull("balls", side, joint) for side, joint in (("inner", 1), ("outer", 3))),
         )
-        frame = SimpleNamespace(rotate_to_base=lambda one: one, rotate_from_base=lambda one: one)
         near = object.__new__(module.PostureRange)
-        vars(near).update(_posture=SimpleNamespace(frames=[None, frame, None, None]), _hints={})
+        vars(near).update(_posture=SimpleNamespace(frames=[None] * 4))
         near._corners = lambda one: (one.link, one.kind, one.joint)
         near._enclosures = lambda one, standing: (one.link, one.kind, one.joint, standing)
         return "true" if near.find_gap(pair, SymbolicReal("room", ask)) is None else "false"
@@ -222,7 +221,7 @@ def _standing_obligation(code: ModuleSource) -> TheoremObligation:
         vars(module).update(chord_terms=terms)
         near = object.__new__(module.PostureRange)
         half, room = ([SymbolicReal(f"{name}.{k}", ask) for k in range(3)] for name in ("half", "room"))
-        vars(near).update(_half=half, _room=room, _terms={}, _posture=SimpleNamespace(slides="kinds"))
+        vars(near).update(_half=half, _room=room, _posture=SimpleNamespace(slides="kinds"))
         if near._chord_terms(1) != "terms":
             raise ValueError(asked)
         return term_of(asked[part][joint])
@@ -252,7 +251,7 @@ def _search(pieces: tuple[str, ...], code: ModuleSource) -> TheoremObligation:
     def run(ask: DecideBranch) -> str:
         pairs: Any = [SimpleNamespace(inner=SimpleNamespace(link="a"), outer=SimpleNamespace(link="b"))]
 
-        def near(body: Any, middle: Any, half: Any, room: Any, hints: Any) -> Any:
+        def near(body: Any, middle: Any, half: Any, room: Any) -> Any:
             if (body, middle, half) != ("body", "middle", "half"):
                 raise ValueError(body, middle, half)
             kept = " ".join(map(term_of, room))

@@ -5,6 +5,7 @@ No test has run in the process that forks, so nothing that one test keeps for an
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import sys
@@ -72,6 +73,8 @@ class Trials(QuickReports):
             raise session.Interrupted(f"{session.testsfailed} tests were not collected")
         self._items = {item.nodeid: item for item in session.items if not item.get_closest_marker("xfail")}
         self._area.warm_up()
+        if self._area.proves():
+            importlib.import_module("aeros.spec.backends.z3_group")  # Z3, which each fork would import
         self._live = LiveFunctions(self._area.modules())
         self._measure_all()
         written = time.time()
@@ -133,7 +136,7 @@ class Trials(QuickReports):
 
     def _try(self, mutant: CodeMutant, tests: Sequence[str], pipe: TextIO) -> None:
         self._live.install(mutant)
-        self._prepare()
+        self._prepare(mutant.unit.name)
         started = time.process_time()
         for test in tests:
             if time.process_time() > started + self._seconds:
@@ -145,10 +148,18 @@ class Trials(QuickReports):
                 return
         pipe.write("passed \n")
 
-    def _prepare(self) -> None:
-        """Give a fork folders of its own: a mutant's proofs are not for others to find."""
+    def _prepare(self, unit: str = "") -> None:
+        """Give a fork folders of its own: a mutant's proofs are not for others to find.
+
+        Questions are answered in the fork, whose code has the fault, and not by the solver process, which
+        imports AEROS anew; but for faults of how that process is asked.
+        """
         if self._area.proves():
             os.environ["AEROS_STORE_OF_TESTS"] = tempfile.mkdtemp(dir=os.environ["AEROS_STORE_OF_TESTS"])
+            if not unit.startswith("SolverProcess"):
+                from tests.mutation.solver_here import answer_here  # imports AEROS
+
+                answer_here()
 
     def _fails(self, test: str) -> bool:
         item = self._items[test]

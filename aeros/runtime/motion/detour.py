@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from heapq import heappop, heappush
 from math import cos, dist, pi, sin
-from typing import Final
+from typing import Final, TypeVar
 
 from aeros.runtime.motion.swept_volume import BarrierBox
 from aeros.runtime.ports import Vec3
@@ -44,6 +44,8 @@ _APART: Final = 0.04
 
 _ROOM: Final = 0.03
 """Distance that the tool point itself keeps from obstacles in the graph, m; the links are checked later."""
+
+_Place = TypeVar("_Place", bound=Sequence[float])
 
 Check = Callable[[Sequence[Vec3]], int | None]
 """Decides the legs to these places one after the other; returns the index of the first that fails."""
@@ -101,7 +103,7 @@ def find_base_detour(
         for x in (start[0], target[0], box.lower[0] - off, box.upper[0] + off)
         for y in (start[1], target[1], box.lower[1] - off, box.upper[1] + off)
     ]
-    places = _apart([(x, y, start[2]) for x, y in columns])
+    places = [(x, y, start[2]) for x, y in _apart(columns)]
     return _find_way([start, target], places, obstacles, is_allowed, check)
 
 
@@ -140,13 +142,13 @@ def _via_points(start: Vec3, target: Vec3, base: Vec3, obstacles: Sequence[Barri
     columns += [
         (base[0] + far * cos(turn), base[1] + far * sin(turn)) for far in _DRAWN_IN for turn in _TURNS
     ]
-    apart = _apart([(x, y, 0.0) for x, y in columns])
-    return [(x, y, z) for _, _, z in _apart([(0.0, 0.0, z) for z in heights]) for x, y, _ in apart]
+    apart = _apart(columns)
+    return [(x, y, z) for (z,) in _apart([(z,) for z in heights]) for x, y in apart]
 
 
-def _apart(places: Sequence[Vec3]) -> list[Vec3]:
+def _apart(places: Sequence[_Place]) -> list[_Place]:
     """Leave out places that are near one that comes before them."""
-    kept: list[Vec3] = []
+    kept: list[_Place] = []
     for place in places:
         if all(dist(place, other) >= _APART for other in kept):
             kept.append(place)

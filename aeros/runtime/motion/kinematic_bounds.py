@@ -319,9 +319,7 @@ def piece_speeds(body: RobotBody, path: JointPath, duration: float) -> list[floa
 
 def _timing_rate(low: float, high: float) -> float:
     """Bound s'(u) = 30u²(1 − u)² where s(u) is in [low, high]; it rises until u = s = 1/2, then falls."""
-    if low <= 0.5 <= high:
-        return TIMING_PEAKS[0]
-    s = high if high < 0.5 else 1.0 - low
+    s = min(high, 1.0 - low)
     below, above = 0.0, 0.5
     for _ in range(30):
         u = (below + above) / 2.0
@@ -340,8 +338,7 @@ def _piece(body: RobotBody, piece: Piece, allowed: float, depth: int) -> list[fl
     # By the parameter of a half, which runs twice as fast.
     parts = [_piece(body, half, allowed / 2.0, depth + 1) for half in split_in_half(piece)]
     scale = (2.0, 4.0, 8.0) * 2
-    halved = [max(pair) * factor for *pair, factor in zip(*parts, scale, strict=True)]
-    return [min(pair) for pair in zip(bounds, halved, strict=True)]
+    return [max(pair) * factor for *pair, factor in zip(*parts, scale, strict=True)]
 
 
 def _bounds(body: RobotBody, piece: Piece) -> list[float]:

@@ -113,23 +113,14 @@ class PostureRange:
         middle: position of each joint in the middle of the chord, rad.
         half: half the chord of each joint, rad.
         room: greatest distance of each joint from the chord, rad.
-        hints: for pairs of links, by `id`, a direction that separated them elsewhere, in the inner link's
-            frame. Neighbouring stretches share it, because most need the same direction.
     """
 
     def __init__(
-        self,
-        body: RobotBody,
-        middle: Sequence[float],
-        half: Sequence[float],
-        room: Sequence[float],
-        hints: dict[int, Vec3] | None = None,
+        self, body: RobotBody, middle: Sequence[float], half: Sequence[float], room: Sequence[float]
     ) -> None:
-        self._hints = {} if hints is None else hints
         self._posture = ForwardKinematics(body, middle)
         self._half = half
         self._room = room
-        self._terms: dict[int, ChordTerms] = {}
         # By `id`, as hulls are long to hash.
         self._standing: dict[int, list[Vec3]] = {}
         self._moving: dict[tuple[int, int], list[Enclosure]] = {}
@@ -144,21 +135,16 @@ class PostureRange:
         Returns:
             None if they keep apart; otherwise an upper bound of their hulls' distance in the middle, m.
         """
-        balls = self._search(pair.inner_ball, pair.outer_ball, room, None)
-        if balls.direction is not None:
+        if self._search(pair.inner_ball, pair.outer_ball, room).direction is not None:
             return None
-        frame, hint = self._posture.frames[pair.inner.joint], self._hints.get(id(pair))
-        found = self._search(
-            pair.inner, pair.outer, room, None if hint is None else frame.rotate_to_base(hint)
-        )
-        if found.direction is None:
-            return max(0.0, found.distance - pair.inner.radius - pair.outer.radius)
-        self._hints[id(pair)] = frame.rotate_from_base(found.direction)
-        return None
+        found = self._search(pair.inner, pair.outer, room)
+        if found.direction is not None:
+            return None
+        return max(0.0, found.distance - pair.inner.radius - pair.outer.radius)
 
-    def _search(self, inner: Hull, outer: Hull, room: float, hint: Vec3 | None) -> Separation:
+    def _search(self, inner: Hull, outer: Hull, room: float) -> Separation:
         reach = room + inner.radius + outer.radius
-        return search_separation(self._corners(inner), self._enclosures(outer, inner.joint), reach, hint)
+        return search_separation(self._corners(inner), self._enclosures(outer, inner.joint), reach)
 
     def _corners(self, hull: Hull) -> list[Vec3]:
         found = self._standing.get(id(hull))
@@ -179,13 +165,10 @@ class PostureRange:
         return found
 
     def _chord_terms(self, standing: int) -> ChordTerms:
-        found = self._terms.get(standing)
-        if found is None:
-            none = [0.0] * standing
-            found = self._terms[standing] = chord_terms(
-                [*none, *self._half[standing:]], [*none, *self._room[standing:]], self._posture.slides
-            )
-        return found
+        none = [0.0] * standing
+        return chord_terms(
+            [*none, *self._half[standing:]], [*none, *self._room[standing:]], self._posture.slides
+        )
 
 
 def separation(inner: Iterable[Vec3], outer: Iterable[Enclosure], direction: Vec3) -> float:
@@ -222,24 +205,18 @@ class Separation(NamedTuple):
     distance: float
 
 
-def search_separation(
-    inner: Sequence[Vec3], outer: Sequence[Enclosure], reach: float, hint: Vec3 | None = None
-) -> Separation:
+def search_separation(inner: Sequence[Vec3], outer: Sequence[Enclosure], reach: float) -> Separation:
     """Search for a direction along which outer corners are apart from inner ones by `reach`.
 
     Args:
         inner: corners that stand, m.
         outer: enclosures of corners that move.
         reach: m, above 0.
-        hint: a direction to try first.
 
     Returns:
         A direction, if one was found: the corners' convex hulls then keep apart by `reach`.
     """
-    start = _difference(outer[0].centre, inner[0])
-    if hint is not None and 0.0 < reach * norm(hint) <= separation(inner, outer, hint):
-        return Separation(hint, norm(start))
-    x, y, z = start
+    x, y, z = _difference(outer[0].centre, inner[0])
     for _ in range(_MAX_DIRECTIONS):
         length = norm((x, y, z))
         if 0.0 < reach * length <= separation(inner, outer, (x, y, z)):
@@ -273,7 +250,6 @@ class _ContactSearch:
     def __init__(self, moving: SweptMotion, clearance: float) -> None:
         self._moving = moving
         self._clearance = clearance
-        self._hints: dict[int, Vec3] = {}
 
     def search(
         self, pieces: list[Piece], low: float, high: float, pairs: list[HullPair], depth: int
@@ -281,7 +257,7 @@ class _ContactSearch:
         """Return a contact while s is in [low, high], of which `pieces` are the path, or None."""
         middle, half, width = path_chord(pieces)
         room = [w + s for w, s in zip(width, self._moving.joint_tolerance, strict=True)]
-        links = PostureRange(self._moving.body, middle, half, room, self._hints)
+        links = PostureRange(self._moving.body, middle, half, room)
         left, halfway = [], (low + high) / 2.0
         for pair in pairs:
             gap = links.find_gap(pair, self._clearance)

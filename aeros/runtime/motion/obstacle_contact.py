@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import chain, combinations, product
+from itertools import combinations, product
 from typing import Final
 
 from aeros.runtime.motion.link_distance import find_link_contact
@@ -159,9 +159,9 @@ def _against(
 ) -> SweptMotion:
     """Return a motion in which only links and what is held are compared with obstacles that stand."""
     names = [one.link for one in links] + ([] if held is None else [held.link])
-    # Links are compared with each other elsewhere, and obstacles stand.
-    exempt = chain(combinations(names, 2), combinations([one.link for one in standing], 2))
-    body = replace(moving.body, hulls=(*links, *standing), exempt_pairs=tuple(exempt))
+    # Links are compared with each other elsewhere. Obstacles do not move against each other.
+    exempt = tuple(combinations(names, 2))
+    body = replace(moving.body, hulls=(*links, *standing), exempt_pairs=exempt)
     return moving._replace(body=body, held=held)
 
 

@@ -50,7 +50,6 @@ from aeros.runtime.motion.swept_volume import (
     BarrierBox,
     BarrierBreach,
     MergedMotion,
-    RemainingMotion,
     SweptMotion,
     find_breach,
     moves_joints,
@@ -159,11 +158,7 @@ class MotionDecider:
             if fault is not None:
                 text = f"the `{other.action.kind}` under way is malformed: {fault}"
                 return (Reason("AE764", action.kind, text),)
-        merged = (
-            merge_motions(plan, concurrent_motions)
-            if concurrent_motions
-            else MergedMotion(RemainingMotion(plan), RemainingMotion(plan))
-        )
+        merged = merge_motions(plan, concurrent_motions)
         if isinstance(merged, str):
             return (Reason("AE764", action.kind, merged),)
         moving = merged.swept_motion(held_object(policy, merged.joints.motion.body, readings))
@@ -178,9 +173,8 @@ class MotionDecider:
                 reasons += _start_mismatch(policy, commanded_joint_position(other), readings, f"{subject} is")
             reasons += _end_mismatch(policy, other.action, merged, f"{subject} would end")
         reasons += self._joints_too_fast(plan)
-        reasons += self._tool_too_fast(
-            policy, [ConcurrentMotion(action, plan, 0.0), *concurrent_motions], merged
-        )
+        motions = [(action, plan), *((other.action, other.plan) for other in concurrent_motions)]
+        reasons += self._tool_too_fast(policy, motions, merged)
         reasons += _base_too_fast(policy, merged)
         reasons += self._breaches(policy, action, plan if merged.is_single_motion else None, moving)
         if moves_joints(merged.joints.motion):
@@ -264,12 +258,12 @@ class MotionDecider:
         return reasons
 
     def _tool_too_fast(
-        self, policy: MotionPolicy, motions: list[ConcurrentMotion], merged: MergedMotion
+        self, policy: MotionPolicy, motions: list[tuple[Action, Trajectory]], merged: MergedMotion
     ) -> list[Reason]:
         requested = [
-            (name, motion.action.parameters[name], motion.plan)
-            for motion in motions
-            if (name := policy.kinds[motion.action.kind].peak_speed) is not None
+            (name, action.parameters[name], plan)
+            for action, plan in motions
+            if (name := policy.kinds[action.kind].peak_speed) is not None
         ]
         arm, base = merged.joints.motion, merged.base.motion
         limit = min([self._moving.speed, *(speed for _, speed, plan in requested if plan is arm)])

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
+from functools import partial
 from itertools import combinations, pairwise, permutations
 from math import cos, dist, pi, sin
+from operator import eq
 
 import pytest
 from hypothesis import given, settings
@@ -13,6 +15,7 @@ from hypothesis import strategies as st
 from aeros.runtime.motion.detour import MOST_TRIES, find_base_detour, find_detour
 from aeros.runtime.motion.swept_volume import BarrierBox
 from aeros.runtime.ports import Vec3
+from tests.unit.runtime.motions import chance_of
 
 START, TARGET, BASE = (0.4, -0.3, 0.25), (0.4, 0.3, 0.25), (0.0, 0.0, 0.0)
 WALL = BarrierBox("wall", (0.3, -0.1, 0.0), (0.5, 0.1, 0.4), False, False, None)
@@ -210,25 +213,104 @@ def cost(way: Sequence[Vec3]) -> float:
     return sum(dist(one, other) + 0.15 for one, other in pairwise([START, *way]))
 
 
-@settings(max_examples=40, deadline=None)
-@given(
-    st.lists(st.sampled_from(OFFERED), min_size=2, max_size=4, unique=True),
-    st.lists(st.booleans(), min_size=30, max_size=30),
-)
-def test_no_other_way_that_passes_its_check_is_cheaper(places: list[Vec3], refusals: list[bool]) -> None:
-    legs = permutations([START, *places, TARGET], 2)
-    refused = {
-        leg for leg, is_refused in zip(legs, refusals, strict=False) if is_refused or passes_near(*leg)
-    }
-    refused.add((START, TARGET))
+@pytest.mark.parametrize("seed", range(12))
+def test_no_other_way_that_passes_its_check_is_cheaper(seed: int) -> None:
+    chance = chance_of(seed)
+    for _ in range(8):
+        places = chance.sample(OFFERED, chance.choice([2, 3, 4]))
+        refused = {
+            leg
+            for leg in permutations([START, *places, TARGET], 2)
+            if leg == (START, TARGET) or passes_near(*leg) or chance.random() < 0.2
+        }
 
-    def check(way: Sequence[Vec3]) -> int | None:
-        legs = list(pairwise([START, *way]))
-        return next((number for number, leg in enumerate(legs) if leg in refused), None)
+        def check(way: Sequence[Vec3], refused: Container[tuple[Vec3, Vec3]] = refused) -> int | None:
+            legs = list(pairwise([START, *way]))
+            return next((number for number, leg in enumerate(legs) if leg in refused), None)
 
-    ways = [[*via, TARGET] for count in range(1, 5) for via in permutations(places, count)]
-    passing = [cost(way) for way in ways if check(way) is None]
-    way = found(check, lambda place: place in places)
-    assert (way is not None) == bool(passing)
-    if way is not None:
-        assert cost(way) == pytest.approx(min(passing))
+        ways = [[*via, TARGET] for count in range(1, 5) for via in permutations(places, count)]
+        passing = [cost(way) for way in ways if check(way) is None]
+        way = found(check, places.__contains__)
+        assert (way is not None) == bool(passing)
+        if way is not None:
+            assert cost(way) == pytest.approx(min(passing))
+
+
+def random_world(seed: int) -> tuple[Vec3, Vec3, list[BarrierBox]]:
+    """A start, a target, and two boxes, which may be near the ends and each other."""
+    chance = chance_of(seed)
+    boxes = []
+    for name in ("one", "other"):
+        x, y, z = (chance.uniform(-0.4, 0.4) for _ in range(3))
+        upper = (x + chance.uniform(0.05, 0.3), y + chance.uniform(0.05, 0.3), z + chance.uniform(0.05, 0.3))
+        boxes.append(BarrierBox(name, (x, y, z), upper, False, False, None))
+    start, target = (
+        (chance.uniform(-0.6, 0.6), chance.uniform(-0.6, 0.6), chance.uniform(0.0, 0.5)) for _ in "12"
+    )
+    return start, target, boxes
+
+
+def clearance(place: Sequence[float], boxes: Sequence[BarrierBox]) -> float:
+    """Distance along the axis on which the place is farthest out of the nearest box; negative inside."""
+    return min(
+        max(max(low - p, p - high) for low, p, high in zip(box.lower, place, box.upper, strict=True))
+        for box in boxes
+    )
+
+
+def test_legs_are_used_where_they_keep_three_centimetres_from_obstacles_and_only_there() -> None:
+    seen = {True: 0, False: 0}
+    for seed in range(60):
+        start, target, boxes = random_world(seed)
+        offered = Offered()
+        find_detour(start, target, BASE, boxes, offered, clear)
+        assert min(clearance(place, boxes) for place in offered.places) >= 0.03
+        via = chance_of(seed).choice(offered.places)
+        line = [
+            [a + (b - a) * step / 150.0 for a, b in zip(one, other, strict=True)]
+            for one, other in ((start, via), (via, target))
+            for step in range(151)
+        ]
+        least = min(clearance(place, boxes) for place in line)
+        way = find_detour(start, target, BASE, boxes, partial(eq, via), clear)
+        if not 0.03 <= least < 0.04:  # samples are 1 cm apart
+            assert way == ([via, target] if least > 0.03 else None), seed
+            seen[way is None] += 1
+    assert min(seen.values()) >= 10
+
+
+def test_a_world_that_is_elsewhere_has_the_same_places_there() -> None:
+    def shifted(place: Vec3) -> Vec3:
+        return (place[0] + 1.0, place[1] - 2.0, place[2] + 0.5)
+
+    for seed in range(3):
+        start, target, boxes = random_world(seed)
+        there = [box._replace(lower=shifted(box.lower), upper=shifted(box.upper)) for box in boxes]
+        arm, base, arm_there, base_there = (Offered() for _ in range(4))
+        find_detour(start, target, BASE, boxes, arm, clear)
+        find_detour(shifted(start), shifted(target), shifted(BASE), there, arm_there, clear)
+        find_base_detour(start, target, boxes, base, clear)
+        find_base_detour(shifted(start), shifted(target), there, base_there, clear)
+        for here, elsewhere in ((arm, arm_there), (base, base_there)):
+            assert [*map(shifted, here.places)] == [pytest.approx(place) for place in elsewhere.places]
+
+
+class CountedBoxes(list[BarrierBox]):
+    """Obstacles that count how often they are looked through: once for each place and for each leg."""
+
+    looks = 0
+
+    def __iter__(self) -> Iterator[BarrierBox]:
+        """Count, and look through them."""
+        self.looks += 1
+        return super().__iter__()
+
+
+def test_a_leg_is_examined_once_and_only_if_the_search_comes_to_it() -> None:
+    def looks(tries: int) -> int:
+        boxes, left = CountedBoxes([WALL]), [1] * tries
+        find_detour(START, TARGET, BASE, boxes, anywhere, lambda _: left.pop() if left else None)
+        return boxes.looks
+
+    assert looks(0) <= 9 * len(OFFERED), "of which the search has set out from eight"
+    assert looks(20) <= 40 * len(OFFERED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import cos, hypot, pi, sin
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from aeros.kinematic_chain import PRISMATIC
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics, chord_terms, norm
 from aeros.runtime.ports import RobotBody
+from tests.unit.runtime.motions import body, chance_of, with_slides
 
 PLANAR = RobotBody(((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), (0.25, 0.0, 0.0), ())
 """Two joints about z, half a metre apart."""
@@ -56,6 +58,7 @@ def test_the_terms_of_a_chord_hold_half_of_each_pair_of_joints() -> None:
     found = chord_terms((0.1, -0.2), (0.0, 0.05), (False, False))
     assert [pytest.approx(row) for row in TERMS] == found
     assert chord_terms((), (), ()) == []
+    found = chord_terms((0.1, -0.2, 0.3, -0.1), (0.0, 0.05, 0.0, 0.1), (False,) * 4)
     w = [row[2] for row in found]
     assert sum(row[3] for row in found) == pytest.approx(sum(w) ** 2 / 2.0)
 
@@ -126,6 +129,44 @@ def test_a_prismatic_joint_moves_a_point_by_its_own_way() -> None:
 def test_a_prismatic_joint_is_no_inner_joint_of_a_pair() -> None:
     found = chord_terms((0.1, 0.2, -0.3), (0.0, 0.0, 0.1), (False, True, False))
     assert [row[3] for row in found] == pytest.approx([0.1 * 0.05, 0.2 * 0.1, 0.4 * (0.1 + 0.2)])
+
+
+def test_beyond_and_before_a_prismatic_joint_bends_are_of_the_joints_that_turn() -> None:
+    posture = ForwardKinematics(SLIDING, (0.0, 0.3, 0.0))
+    terms = chord_terms((0.1, 0.2, 0.4), (0.0, 0.0, 0.0), posture.slides)
+    _, near = posture.chord_deviation_bound(3, (1.25, 0.3, 0.0), terms)
+    # Joint 3 bends at 0.25 m, with itself and joint 1. Joint 2's own way turns with joint 1. Joint 1's reach
+    # is longer by 0.1 m of joint 3 and by joint 2's way.
+    assert near == pytest.approx(0.25 * 0.4 * 0.3 + 0.2 * 0.1 + (hypot(1.25, 0.3) + 0.1 + 0.2) * 0.005)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_small_displacement_is_that_of_differences(seed: int) -> None:
+    chance, step = chance_of(seed), 1e-6
+    robot = with_slides(body(chance), chance) if seed % 2 else body(chance)
+    q = [chance.uniform(-2.0, 2.0) for _ in range(4)]
+    d = [chance.uniform(-1.0, 1.0) for _ in range(4)]
+    posture = ForwardKinematics(robot, q)
+    point = posture.frames[-1].to_base(robot.tool_offset)
+
+    def displaced(by: Sequence[float]) -> list[float]:
+        ends = [
+            ForwardKinematics(robot, [x + sign * step * y for x, y in zip(q, by, strict=True)])
+            .frames[-1]
+            .to_base(robot.tool_offset)
+            for sign in (1.0, -1.0)
+        ]
+        return [(a - b) / (2.0 * step) for a, b in zip(*ends, strict=True)]
+
+    _, reaches = posture.displacement_bound(4, point, (0.0,) * 4)
+    each = [hypot(*displaced([float(one == joint) for one in range(4)])) for joint in range(4)]
+    assert reaches == pytest.approx(each, abs=1e-7)
+    edges, near = posture.chord_deviation_bound(4, point, chord_terms(d, (0.0,) * 4, posture.slides))
+    assert edges == pytest.approx([*map(abs, displaced(d))], abs=1e-7)
+    room = (0.01, 0.02, 0.0, 0.03)
+    _, wider = posture.chord_deviation_bound(4, point, [(0.0, r, 0.0, 0.0) for r in room])
+    assert wider == pytest.approx(sum(r * reach for r, reach in zip(room, each, strict=True)), abs=1e-7)
+    assert near > 0.0
 
 
 def test_a_chord_of_a_prismatic_joint_alone_is_enclosed_exactly() -> None:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from math import pi
+from math import copysign, hypot, pi
+from typing import Any
 
 import pytest
 
+from aeros.kinematic_chain import JointFrame
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
 from aeros.runtime.motion.link_distance import (
     PostureRange,
     find_link_contact,
@@ -17,6 +20,7 @@ from aeros.runtime.motion.link_distance import (
 )
 from aeros.runtime.motion.swept_volume import Enclosure, SweptMotion
 from aeros.runtime.ports import Hull, JointVector, RobotBody, Vec3
+from tests.unit.runtime.motions import chance_of
 
 NOWHERE = (0.0, 0.0, 0.0)
 EXEMPT = (("foot", "first"), ("first", "second"), ("second", "third"))
@@ -70,6 +74,8 @@ def test_the_clearance_is_kept_to_the_last_millimetre() -> None:
     # Three sides of a square: the third rod is parallel to the first, 0.5 m from it, with 0.4 m of air.
     still = (0.0, pi / 2, pi / 2)
     assert find_link_contact(moving(still, still), 0.399) is None
+    assert find_link_contact(moving(still, still), 0.4 - 2e-9) is None
+    assert find_link_contact(moving(still, still), 0.4 - 1e-12) is not None, "rounding has its room"
     found = find_link_contact(moving(still, still, WITHOUT_FOOT), 0.401)
     assert found is not None
     assert (found.inner, found.outer) == ("first", "third")
@@ -123,10 +129,48 @@ def test_separation_along_a_direction_is_scaled_by_its_length() -> None:
     assert separation(inner, outer, (-1.0, 0.0, 0.0)) == -4.0
 
 
-def test_a_hint_that_separates_is_taken_and_another_is_not() -> None:
-    inner, outer = [NOWHERE], [Enclosure((1.0, 1.0, 0.0), NOWHERE, 0.0)]
-    assert search_separation(inner, outer, 0.5, (1.0, 0.0, 0.0)).direction == (1.0, 0.0, 0.0)
-    assert search_separation(inner, outer, 0.5, (-1.0, 0.0, 0.0)).direction == (1.0, 1.0, 0.0)
+def test_each_hull_is_placed_once_in_a_posture(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    to_base, deviation = JointFrame.to_base, ForwardKinematics.chord_deviation_bound
+
+    def place(frame: JointFrame, at: Vec3) -> Vec3:
+        asked.append("place")
+        return to_base(frame, at)
+
+    def enclose(posture: ForwardKinematics, *given: Any) -> tuple[Vec3, float]:
+        asked.append("enclosure")
+        return deviation(posture, *given)
+
+    monkeypatch.setattr(JointFrame, "to_base", place)
+    monkeypatch.setattr(ForwardKinematics, "chord_deviation_bound", enclose)
+    posture = PostureRange(WITHOUT_FOOT, (0.0, pi / 2, pi / 2), (0.0,) * 3, (0.1,) * 3)
+    (pair,) = hull_pairs(WITHOUT_FOOT)
+    for _ in range(2):
+        assert posture.find_gap(pair, 9.0) is not None
+        # Both balls, and two corners of each rod; the outer ones are enclosed, too.
+        assert (asked.count("place"), asked.count("enclosure")) == (6, 3)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_lower_bound_along_a_direction_holds_of_every_point(axis: int) -> None:
+    chance = chance_of(axis)
+
+    def anywhere(most: float) -> Vec3:
+        return (chance.uniform(-most, most), chance.uniform(-most, most), chance.uniform(-most, most))
+
+    for _ in range(20):
+        x, y, z = (abs(one) for one in anywhere(0.5))
+        outer, inner, direction = (
+            Enclosure(anywhere(2.0), (x, y, z), 0.25),
+            [anywhere(2.0)] * 2,
+            anywhere(1.0),
+        )
+        found = separation(inner, [outer], direction)
+        # The corner of the box that lies least far, and from there the radius against the direction.
+        length = hypot(*direction)
+        p = [c - copysign(e, n) - 0.25 * n / length for c, e, n in zip(*outer[:2], direction, strict=True)]
+        exact = sum(n * (a - b) for n, a, b in zip(direction, p, inner[0], strict=True))
+        assert found == pytest.approx(exact)
 
 
 @pytest.mark.parametrize("centre", [(0.5, 0.5, 0.5), (0.4, 0.6, 0.5), (0.0, 0.0, 0.0)])

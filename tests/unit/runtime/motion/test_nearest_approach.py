@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import sin
 from typing import Any
 
@@ -9,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.motion.nearest_approach import find_nearest_approach, shifted
+from aeros.runtime.motion.nearest_approach import _positions, find_nearest_approach, shifted
 from aeros.runtime.motion.swept_volume import BarrierBox, Enclosure, SweptMotion, find_breach
-from aeros.runtime.ports import Ball, Hull, RobotBody
+from aeros.runtime.ports import Ball, Hull, RobotBody, Vec3
 
 BODY = RobotBody(((0.0, 0.0, 0.0),), (0.5, 0.0, 0.5), (Ball("arm", 1, (0.5, 0.0, 0.5), 0.06),))
 WALL = BarrierBox("wall", (-1.0, 0.5, 0.0), (1.0, 2.0, 1.0), False, False, None)
@@ -83,3 +84,45 @@ def test_a_motion_that_is_shown_to_be_clear_is_measured_as_clear(angle: float, c
     for box in (WALL, ROOM):
         if find_breach(turning(angle), [box], clearance) is None:
             assert find_nearest_approach(turning(angle), box, "arm").distance >= clearance
+
+
+@pytest.mark.parametrize(("count", "steps"), [(1, 64), (3, 96), (64, 64), (100, 100)])
+def test_a_path_is_measured_at_64_places_or_more(count: int, steps: int) -> None:
+    ends = [1.5 * number / count for number in range(count + 1)]
+    pieces = [
+        tuple(((a + (b - a) * third / 3.0),) for third in range(4)) for a, b in pairwise(ends)
+    ]  # fmt: skip
+    found = [*_positions(pieces)]  # type: ignore[arg-type]
+    assert [s for s, _ in found] == pytest.approx([number / steps for number in range(steps + 1)])
+    assert [q for _, (q,) in found] == pytest.approx([1.5 * number / steps for number in range(steps + 1)])
+
+
+@pytest.mark.parametrize("is_synchronous", [True, False])
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_base_nears_a_wall_by_its_way(is_synchronous: bool, axis: int, sign: float) -> None:
+    """The wall is a metre from the ball, whose radius is 60 mm; the base drives 0.3 m towards it."""
+    middle, way, lower, upper = (0.5, 0.0, 0.5), [0.0] * 3, [-9.0] * 3, [9.0] * 3
+    way[axis] = sign * 0.3
+    lower[axis], upper[axis] = sorted((middle[axis] + sign, middle[axis] + sign * 2.0))
+    wall = BarrierBox("wall", tuple(lower), tuple(upper), False, False, None)  # type: ignore[arg-type]
+    driving = turning(0.0, base_path=tuple(way), is_synchronous=is_synchronous)
+    found = find_nearest_approach(driving, wall, "arm")
+    assert found.distance == pytest.approx(1.0 - 0.3 - 0.06)
+
+
+def test_a_held_box_is_measured_from_faces_edges_and_corners() -> None:
+    """A box from 0.4 to 0.6, -0.1 to 0.1, and 0.4 to 0.6."""
+    corners = tuple((x, y, z) for x in (0.4, 0.6) for y in (-0.1, 0.1) for z in (0.4, 0.6))
+    holding = turning(0.0, held=Hull("held", 1, corners, 0.0))
+
+    def distance(lower: Vec3, upper: Vec3, *, keep_inside: bool = False) -> float:
+        box = BarrierBox("box", lower, upper, keep_inside, False, None)
+        return find_nearest_approach(holding, box, "held").distance
+
+    assert distance((0.9, 0.5, 0.0), (2.0, 2.0, 1.0)) == pytest.approx(0.5)
+    assert distance((0.8, 0.3, 0.7), (2.0, 2.0, 1.0)) == pytest.approx(0.3)
+    assert distance((0.5, -0.5, 0.0), (2.0, 2.0, 1.0)) == pytest.approx(-0.1)
+    assert distance((0.1, -1.0, 0.0), (2.0, 1.0, 1.0), keep_inside=True) == pytest.approx(0.3)
+    assert distance((-1.0, -1.0, 0.0), (0.8, 1.0, 1.0), keep_inside=True) == pytest.approx(0.2)
+    assert distance((-1.0, -1.0, 0.0), (0.5, 1.0, 1.0), keep_inside=True) == pytest.approx(-0.1)

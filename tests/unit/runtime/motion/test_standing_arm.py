@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, nan
 from random import Random
 
@@ -150,3 +151,33 @@ def test_numbers_that_would_make_the_standing_arm_too_small_or_misplace_it_are_r
 ) -> None:
     with pytest.raises(ValueError, match=message):
         with_standing_arm(ONE, ONE, mount, posture, tolerance)
+
+
+def test_a_link_of_one_kind_of_volume_alone_is_a_link_too() -> None:
+    for other in (replace(ONE, balls=()), replace(ONE, hulls=())):
+        with pytest.raises(ValueError, match="both arms have a link `arm`; choose another prefix"):
+            with_standing_arm(ONE, other, StandingArm("", ORIGIN), (0.0,), (0.0,))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_any_rotation_is_a_place_and_one_that_is_mirrored_or_stretched_is_none(seed: int) -> None:
+    axes = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0].T
+    axes[2] *= np.linalg.det(axes)  # no reflection
+
+    def at(rows: np.ndarray) -> RobotBody:
+        x, y, z = (tuple(row) for row in rows.tolist())
+        return with_standing_arm(ONE, ONE, placed(x=x, y=y, z=z), (0.0,), (0.0,))
+
+    assert len(at(axes).balls) == 2
+    for row in range(3):
+        for column in range(3):
+            bent = axes.copy()
+            bent[row, column] += 1e-6
+            with pytest.raises(ValueError, match="is no rotation and translation"):
+                at(bent)
+        mirrored = axes.copy()
+        mirrored[row] *= -1.0
+        with pytest.raises(ValueError, match="is no rotation and translation"):
+            at(mirrored)
+    with pytest.raises(ValueError, match="is no rotation and translation"):
+        at(axes * 1.1)

@@ -116,3 +116,41 @@ def test_a_surface_is_touched_by_the_tool_of_a_longer_chain_as_by_that_of_one_jo
         assert (found is None) is (expected is None)
         if found is not None:
             assert found == pytest.approx(expected)
+
+
+def test_the_body_itself_is_not_what_is_held() -> None:
+    """The arm's own ball enters the shelf, for which all links count; a small thing at its axis does not."""
+    plan = turn(0.0, 1.0, 3.0)
+    part = RemainingMotion(plan)
+    held = Hull("held", 1, ((0.1, 0.0, 0.5),), 0.01)
+    shelf = SHELF._replace(lower=(0.0, 0.3, 0.0), links=None)
+    moving = MergedMotion(part, part).swept_motion(held)
+    assert find_surface_breach(plan, moving, [shelf], 0.0, SurfaceLimits(0.0, 0.0)) is None
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_base_takes_what_is_held_into_a_volume_at_its_share_of_the_way(axis: int, sign: float) -> None:
+    """The ball of 0.1 m drives 1 m, towards a volume that is 0.75 m from its centre: it enters after 0.65."""
+    way, lower, upper = [0.0] * 3, [-9.0] * 3, [9.0] * 3
+    way[axis] = sign
+    middle = (0.5, 0.0, 0.5)[axis]
+    lower[axis], upper[axis] = sorted((middle + sign * 0.75, middle + sign * 2.0))
+    plan = replace(turn(0.0, 0.0, 4.0), base_path=(way[0], way[1], way[2]))
+    box = BarrierBox(
+        "shelf", (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]), False, False, None
+    )
+    part = RemainingMotion(plan)
+    moving = MergedMotion(part, part).swept_motion(HELD)
+    found = find_surface_breach(plan, moving, [box], 0.0, SurfaceLimits(1.0, -1.0))
+    assert found is not None
+    assert found.path_parameter == (int(0.65 * 16) + 0.5) / 16
+
+
+def test_a_target_may_be_exactly_as_far_away_as_allowed() -> None:
+    plan = turn(0.0, 1.0, 3.0)
+    first = breach(plan, SurfaceLimits(0.0, 1.0))
+    assert first is not None
+    second = breach(plan, SurfaceLimits(first[1], 1.0))
+    assert second is None or second[0] > first[0]
+    assert breach(plan, SurfaceLimits(nextafter(first[1], 0.0), 1.0)) == first

@@ -13,10 +13,12 @@ from aeros.runtime.motion.bezier import Piece, path_chord
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics, norm
 from aeros.runtime.motion.swept_volume import (
     BarrierBox,
+    Enclosure,
     MergedMotion,
     RemainingMotion,
     SweptMotion,
     ball_enclosures,
+    enclosing_box,
     find_breach,
     is_clear,
 )
@@ -218,6 +220,17 @@ def test_the_enclosure_of_a_ball_is_around_its_centre_exactly() -> None:
         found = ball_enclosures(robot, line_, (0.0,) * 4, robot.balls)
         centres = [posture.frames[ball.joint].to_base(ball.centre) for ball in robot.balls]
         assert [one.centre for one in found] == centres
+
+
+def test_a_box_around_enclosures_reaches_to_the_farthest_of_them_on_each_side() -> None:
+    points = [
+        Enclosure((1.0, -2.0, 0.5), (0.25, 0.5, 0.125), 0.25),
+        Enclosure((3.0, -1.0, 0.25), (0.5, 2.0, 0.0625), 0.5),
+        Enclosure((2.0, 0.0, 0.0), (3.0, 0.25, 0.5), 0.125),
+    ]
+    # x from -1 to 5, y from -3 to 1, z from -0.5 to 0.625.
+    assert enclosing_box(points) == Enclosure((2.0, -1.0, 0.0625), (3.0, 2.0, 0.5625), 0.5)
+    assert enclosing_box(points[:1]) == points[0]
 
 
 def test_tool_and_base_at_the_end_of_a_motion() -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from math import inf, nan
+from math import inf, nan, nextafter
 from typing import Any, cast
 
 import pytest
 
 from aeros.kinematic_chain import PRISMATIC
 from aeros.runtime.gate.decision import Decision, DecisionKind
+from aeros.runtime.motion.kinematic_bounds import base_rates
 from aeros.runtime.motion.merged import ConcurrentMotion
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import (
@@ -75,14 +76,15 @@ def decided(
     plan: Any,
     kind: str = "move",
     policy: MotionPolicy = POLICY,
-    joint: float = 0.0,
+    joint: float | tuple[float, ...] = 0.0,
     speed: float = 0.25,
     **more: Any,
 ) -> list[tuple[str, str]]:
     target = (0.438791280945, 0.239712769302, 0.5)
     parameters = {"target": target, "x": 0.0, "y": 0.0, "speed": speed, **more}
     allowed = Decision(DecisionKind.ALLOW, act(kind, **parameters), ())
-    found = MotionDecider(policy).decide(allowed, plan, {"joint_angle": Reading((joint,), 0.0)})
+    measured = joint if isinstance(joint, tuple) else (joint,)
+    found = MotionDecider(policy).decide(allowed, plan, {"joint_angle": Reading(measured, 0.0)})
     assert (found.kind is DecisionKind.DENY) == bool(found.reasons)
     assert found == allowed or found.action is None
     return [(reason.code, reason.rule) for reason in found.reasons]
@@ -762,3 +764,53 @@ def test_a_prismatic_joint_meets_a_ceiling_only_if_it_rises_that_far() -> None:
     policy = replace(MIXED, barriers=(ceiling,))
     assert reasons(low, policy) == ""
     assert "`arm` enters the volume `ceiling` by 160 mm" in reasons(high, policy)
+
+
+def test_exactly_at_a_limit_a_motion_is_allowed() -> None:
+    """All numbers are exact in binary: 0.5 rad are the lowest, the highest, and the target."""
+    for angle in (0.5, -0.5):
+        at_end = replace(POLICY, lowest=(Fraction(min(angle, 0.0)),), highest=(Fraction(max(angle, 0.0)),))
+        assert decided(motion(angle), "slide", at_end) == []
+    drive = motion(0.0, 4.0, base_path=(0.5, 0.0, 0.0))
+    (speed, acceleration, _) = base_rates(drive.base_path, drive.duration)
+    limits = replace(POLICY, base_limits=(Fraction(speed), Fraction(acceleration)))
+    assert decided(drive, "drive", limits, x=0.5, speed=speed) == []
+    assert decided(drive, "drive", limits, x=0.5, speed=nextafter(speed, 0.0)) == [("AE762", "speed")]
+    for number, rule in enumerate(("base-speed", "base-acceleration")):
+        below = [Fraction(speed), Fraction(acceleration)]
+        below[number] *= Fraction(999, 1000)
+        assert decided(drive, "drive", replace(limits, base_limits=(below[0], below[1])), x=0.5) == [
+            ("AE762", rule)
+        ]
+    near = replace(POLICY, end_tolerance=Fraction(1, 4))
+    assert decided(motion(0.0), policy=near, target=(0.75, 0.0, 0.5)) == []
+    assert decided(motion(0.0), policy=near, target=(0.7500001, 0.0, 0.5)) == [("AE761", "target")]
+    assert decided(motion(0.0), "turn", angle=1e-6) == []
+
+
+def test_a_base_that_nobody_measures_is_where_the_motion_has_it() -> None:
+    assert decided(motion(), policy=replace(TRACKED, base_variable=None)) == []
+    assert decided(motion(), policy=replace(TRACKED, tracking=None)) == []
+
+
+def test_a_lever_of_exactly_one_is_enough() -> None:
+    for lever, found in ((Fraction(1), []), (Fraction(999, 1000), [("AE760", "slide")])):
+        tracked = replace(
+            POLICY, is_mixed=True, barriers=(), tracking=Tracking("off", Fraction(1, 100), (lever,))
+        )
+        rising = motion(0.1, body=replace(BODY, dh_rows=((0.0, 0.0, 0.0, 0.0, PRISMATIC),)))
+        assert decided(rising, "slide", tracked) == found
+
+
+def test_a_held_object_touches_no_surface_while_another_motion_is_under_way() -> None:
+    kinds = {**CARRYING.kinds, "slide": replace(CARRYING.kinds["slide"], surface=SURFACE)}
+    policy = replace(CARRYING, kinds=kinds)
+    plan = turn(0.0, 0.9, 4.0)
+    standing = ConcurrentMotion(
+        act("drive", x=0.01, y=0.0, speed=0.5), motion(0.0, 4.0, base_path=(0.01, 0.0, 0.0)), 0.0
+    )
+    readings = {"joint_angle": Reading((0.0,), 0.0), "holding": Reading(True, 0.0)}
+    allowed = Decision(DecisionKind.ALLOW, act("slide", speed=0.5), ())
+    for others, found in (((), []), ((standing,), [("AE763", "off-the-pillar")])):
+        decision = MotionDecider(policy).decide(allowed, plan, readings, others)
+        assert [(reason.code, reason.rule) for reason in decision.reasons] == found

@@ -12,8 +12,10 @@ from aeros.runtime.motion import base_contact, bezier, kinematic_bounds, nearest
 from aeros.runtime.motion.detour import find_base_detour
 from aeros.runtime.motion.link_distance import find_link_contact, hull_pairs
 from aeros.runtime.motion.obstacle_contact import ends_at_obstacle, trim_held_space
+from aeros.runtime.motion.standing_arm import with_standing_arm
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Hull, Obstacle
+from tests.unit.runtime.motion.test_standing_arm import ONE, placed
 from tests.unit.runtime.motion.test_trajectory import APART, BODY, FOLDING, POLICY, decided, motion, servo
 
 POINT: Any = (0.0, 0.0, 0.0)
@@ -53,6 +55,7 @@ def travel(path: Any) -> base_contact.BaseTravel:
         lambda: bezier.remaining_path((RAGGED,), 0.5),
         lambda: bezier.derivatives(RAGGED),
         lambda: find_base_detour((-1.0, 0.0, 0.0), (3.0, 0.0, 0.0), [BOX], lambda _: True, lambda _: None),
+        lambda: find_base_detour((1.0, -1.0, 1.0), (3.0, 1.0, 1.0), [BOX], lambda _: False, lambda _: None),
         lambda: kinematic_bounds.chord_terms((1.0, 1.0), (1.0,), (False, False)),
         lambda: kinematic_bounds.is_c2_continuous((RAGGED, RAGGED)),
         lambda: kinematic_bounds.joint_rates((((0.0,),) * 4, ((0.0, 0.0),) * 4), 1.0),
@@ -68,6 +71,8 @@ def travel(path: Any) -> base_contact.BaseTravel:
         lambda: MotionDecider(replace(POLICY, joint_limits=(*POLICY.joint_limits[:2], ()))),
         lambda: decided(motion(), policy=replace(POLICY, joint_limits=two_joints())),
         lambda: decided(motion(), "turn", angle=0.5, policy=turning_two_joints()),
+        lambda: decided(motion(), joint=cast("Any", (0.0, 0.0))),
+        lambda: with_standing_arm(ONE, ONE, placed(x=cast("Any", (1.0, 0.0, 0.0, 0.0))), (0.0,), (0.0,)),
     ],
 )
 def test_sequences_of_unequal_length_are_refused(call: Callable[[], object]) -> None:

@@ -124,3 +124,27 @@ def test_a_counted_condition_may_be_named_by_another() -> None:
 )
 def test_a_root_is_rational_or_none(value: str, root: str | None) -> None:
     assert rational_root(Fraction(value)) == (None if root is None else Fraction(root))
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        ("all(joint[j] >= 0 m for j in Joint)", "count(joint[j] >= 2 m for j in Joint) >= 2"),
+        ("all(joint[j] >= -1 m for j in Joint)", "count(joint[j] <= 2 m for j in Joint) <= 2"),
+        ("all(joint[j] <= 3 m for j in Joint)", "count(joint[j] <= 1 m for j in Joint) >= 2"),
+        ("all(joint[j] <= 3 m for j in Joint)", "count(joint[j] >= 1 m for j in Joint) <= 2"),
+        ("all(joint[j] <= 1 m for j in Joint)", "count(joint[j] <= 1 m for j in Joint) >= 2"),
+    ],
+)
+def test_a_lemma_of_a_count_is_true_everywhere_and_as_sharp_as_can_be(texts: tuple[str, str]) -> None:
+    points = [
+        {f"joint[j{number}]": Fraction(half, 2) for number in (1, 2, 3)} for half in range(-12, 13)
+    ]  # from -6 to 6
+    lemmas = relating_lemmas(terms_of(*texts))
+    assert len(lemmas) == 3
+    for lemma in lemmas:
+        assert all(is_true(lemma, point) for point in points)
+        assert isinstance(lemma, t.Implies)
+        assert isinstance(lemma.conclusion, t.Compare)
+        sharper = t.Implies(lemma.premise, t.Compare("<", lemma.conclusion.left, lemma.conclusion.right))
+        assert not all(is_true(sharper, point) for point in points)

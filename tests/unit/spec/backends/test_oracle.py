@@ -272,3 +272,24 @@ def test_an_unchanged_module_is_verified_without_the_solver(tmp_path: Path) -> N
     cold, warm = verified(), verified()
     assert (cold[1], warm[1]) == ("True False", "False False")
     assert cold[0] == warm[0]
+
+
+def test_answers_belong_to_the_solver_and_to_the_code_that_gives_terms_their_meaning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("backends/network/a.py", "expr/b.py", "obligations/c.py", "expr/d.txt"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("before")
+    monkeypatch.setattr(oracle_module, "_SPEC_FOLDER", tmp_path)
+    fingerprint = oracle_module._solver_fingerprint.__wrapped__
+    known = [fingerprint()]
+    assert fingerprint() == known[0]
+    for name, matters in (
+        ("backends/network/a.py", True), ("expr/b.py", True), ("obligations/c.py", False),
+        ("expr/d.txt", False),
+    ):  # fmt: skip
+        (tmp_path / name).write_text("after")
+        assert (fingerprint() not in known) is matters, name
+        known.append(fingerprint())
+    monkeypatch.setattr(oracle_module, "z3_version", lambda: "another")
+    assert fingerprint() not in known

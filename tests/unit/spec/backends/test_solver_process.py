@@ -12,7 +12,7 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.backends.solver_process import SOLVER_PROCESS, SolverProcess, SolverSession
-from aeros.spec.backends.solver_results import NoAnswerError, SatResult, SolverAnswer
+from aeros.spec.backends.solver_results import NoAnswerError, Question, SatResult, ScriptAnswer, SolverAnswer
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
@@ -126,4 +126,6 @@ def test_a_question_of_a_session_has_a_time_limit(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(SolverProcess, "ask", late)
     found = SolverSession([X], seconds=2.5).check_sat(t.TRUE)
     assert (found.result, found.reason) == (SatResult.UNKNOWN, "no answer within 2.5 s")
-    assert SOLVER_PROCESS.solve_script("(check-sat)", 1, 2.5).reason == "no answer within 2.5 s"
+    solved = SOLVER_PROCESS.solve_script("(check-sat)", 1, 2.5)
+    assert solved == ScriptAnswer(SatResult.UNKNOWN, {}, 0, 0, "no answer within 2.5 s")
+    assert SOLVER_PROCESS.check_together([Question([X], {}, [t.TRUE])] * 3, 1, 2.5) == [None] * 3

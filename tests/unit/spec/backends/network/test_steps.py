@@ -11,6 +11,7 @@ from aeros.spec.backends.network.steps import (
     Join,
     Linear,
     Scale,
+    Smooth,
     Step,
     Sum,
     UnsupportedNetworkError,
@@ -81,6 +82,63 @@ def test_ends_of_a_clip_may_be_left_out() -> None:
     assert step(node("Clip", "x", "", "c"), c=replace(TWO, shape=())) == Clip("y", "x", -math.inf, 2.0)
 
 
+def test_ends_of_a_clip_may_be_attributes() -> None:
+    assert step(node("Clip", "x", min=-1.0, max=0.5)) == Clip("y", "x", -1.0, 0.5)
+    assert step(node("Clip", "x")) == Clip("y", "x", -math.inf, math.inf)
+
+
+def test_functions_that_increase_become_smooth_steps() -> None:
+    network = translate(graph(node("Sigmoid", "x")), {"x": 2, "z": 2})
+    assert network.steps == (Smooth("y", "x", "sigmoid"),)
+    assert network.has_smooth
+
+
+def test_vectors_have_the_sizes_of_their_steps() -> None:
+    """Each constant of one number is spread over a vector that earlier steps have made."""
+    both = Operation("Concat", ("x", "z"), ("both",), {"axis": 1.0})
+    joined = translate(graph(both, node("Mul", "both", "c"), c=TWO), {"x": 2, "z": 3})
+    assert joined.steps[-1] == Scale("y", "both", (2.0,) * 5, (0.0,) * 5)
+    wide = Tensor((2, 3), (1.0,) * 6)
+    for first in (
+        Operation("MatMul", ("x", "w"), ("a",), {}),
+        Operation("Gemm", ("x", "w"), ("a",), {}),
+        Operation("Relu", ("z",), ("a",), {}),
+        Operation("Tanh", ("z",), ("a",), {}),
+        Operation("Identity", ("z",), ("a",), {}),
+        Operation("Sub", ("z", "z"), ("a",), {}),
+    ):
+        found = translate(graph(first, node("Add", "a", "c"), c=TWO, w=wide), {"x": 2, "z": 3}).steps[-1]
+        assert isinstance(found, Scale)
+        assert found.offsets == (2.0,) * 3
+
+
+def test_vectors_of_different_sizes_are_not_added() -> None:
+    with pytest.raises(UnsupportedNetworkError, match=r"^`Add` of vectors of different sizes$"):
+        translate(graph(node("Add", "x", "z")), {"x": 2, "z": 3})
+
+
+def test_an_output_is_made_by_one_step_of_one_output() -> None:
+    lost = replace(graph(node("Relu", "x")), outputs={"w": PAIR})
+    with pytest.raises(UnsupportedNetworkError, match=r"^its output `w` does not depend on an input$"):
+        translate(lost, {"x": 2, "z": 2})
+    with pytest.raises(UnsupportedNetworkError, match="the operator `Relu`"):
+        translate(graph(Operation("Relu", ("x",), ("y", "w"), {})), {"x": 2, "z": 2})
+
+
+@pytest.mark.parametrize(
+    ("constant", "ends", "is_double"),
+    [(True, 11, True), (False, 11, False), (True, 1, False), (False, 1, False)],
+)
+def test_a_network_is_double_if_all_its_numbers_are(constant: bool, ends: int, is_double: bool) -> None:
+    pair = ValueShape(ends, (1, 2))
+    one = replace(
+        graph(node("Add", "x", "c"), c=Tensor((2,), (1.0, 2.0), is_double=constant)),
+        inputs={"x": pair},
+        outputs={"y": pair},
+    )
+    assert translate(one, {"x": 2}).is_double is is_double
+
+
 def test_other_shapes_of_one_vector_are_the_vector() -> None:
     network = translate(graph(node("Flatten", "x")), {"x": 2, "z": 2})
     assert network.steps == ()
@@ -90,27 +148,37 @@ def test_other_shapes_of_one_vector_are_the_vector() -> None:
 @pytest.mark.parametrize(
     ("one", "cause"),
     [
-        (node("Softmax", "x"), "the operator `Softmax`"),
-        (node("Mul", "x", "z"), "two values that depend on inputs"),
-        (node("Div", "x", "c"), "no power of 2"),
-        (node("Gemm", "x", "z"), "weights that are not constant"),
-        (node("Gemm", "x", "w", alpha=2.0), "alpha or beta"),
-        (node("Gemm", "x", "w", beta=2.0), "alpha or beta"),
-        (node("Gemm", "x", "w", "z"), "a bias not constant"),
-        (node("Gemm", "x", "c"), "weights that are not constant"),
-        (node("Gemm", "x", "tall"), "a batch with more than one row"),
-        (node("Div", "c", "x"), "two values that depend on inputs"),
-        (node("Div", "x", "zero"), "no power of 2"),
-        (node("MatMul", "x", "c"), "matrix that is not constant"),
-        (node("Concat", "x", "z"), "another axis"),
-        (node("Gemm", "x", "w", transA=(1,)), "`transA` that is no number"),
-        (node("Gemm", "x", "w", transA=1.0), "weights that are not constant"),
-        (node("MatMul", "x", "z"), "matrix that is not constant"),
-        (node("Clip", "x", "z"), "end that is not constant"),
-        (node("Concat", "x", "z", axis=0.0), "another axis"),
-        (node("Relu", "missing"), "before it is computed"),
-        (node("Add", "x", "wide"), "with a vector of 2"),
-        (node("Constant", value=(1,)), "another form than a tensor"),
+        (
+            node("Softmax", "x"),
+            "it has the operator `Softmax`; bounds are proved of Gemm, MatMul, Add, Sub, Mul, Div, Relu, "
+            "Clip, Tanh, Sigmoid, Concat, Flatten, Reshape, Identity, Constant",
+        ),
+        (node("Mul", "x", "z"), "`Mul` of two values that depend on inputs"),
+        (node("Div", "x", "c"), "`Div` by a number that is no power of 2; write `Mul`"),
+        (node("Gemm", "x", "z"), "`Gemm` with weights that are not constant"),
+        (
+            node("Gemm", "x", "w", alpha=2.0),
+            "`Gemm` with an alpha or beta other than 1, or a bias not constant",
+        ),
+        (
+            node("Gemm", "x", "w", beta=2.0),
+            "`Gemm` with an alpha or beta other than 1, or a bias not constant",
+        ),
+        (node("Gemm", "x", "w", "z"), "`Gemm` with an alpha or beta other than 1, or a bias not constant"),
+        (node("Gemm", "x", "c"), "`Gemm` with weights that are not constant"),
+        (node("Gemm", "x", "tall"), "`Gemm` of a batch with more than one row"),
+        (node("Div", "c", "x"), "`Div` of two values that depend on inputs"),
+        (node("Div", "x", "zero"), "`Div` by a number that is no power of 2; write `Mul`"),
+        (node("MatMul", "x", "c"), "`MatMul` with a matrix that is not constant"),
+        (node("Concat", "x", "z"), "`Concat` along another axis than the last"),
+        (node("Gemm", "x", "w", transA=(1,)), "`Gemm` with a `transA` that is no number"),
+        (node("Gemm", "x", "w", transA=1.0), "`Gemm` with weights that are not constant"),
+        (node("MatMul", "x", "z"), "`MatMul` with a matrix that is not constant"),
+        (node("Clip", "x", "z"), "`Clip` with an end that is not constant"),
+        (node("Concat", "x", "z", axis=0.0), "`Concat` along another axis than the last"),
+        (node("Relu", "missing"), "`missing` is used before it is computed"),
+        (node("Add", "x", "wide"), "a constant of the shape (1, 3) with a vector of 2"),
+        (node("Constant", value=(1,)), "`Constant` of another form than a tensor"),
     ],
 )
 def test_anything_else_is_refused(one: Operation, cause: str) -> None:
@@ -121,10 +189,13 @@ def test_anything_else_is_refused(one: Operation, cause: str) -> None:
         "zero": Tensor((1,), (0.0,)),
         "wide": Tensor((1, 3), (1.0, 1.0, 1.0)),
     }
-    with pytest.raises(UnsupportedNetworkError, match=cause):
+    with pytest.raises(UnsupportedNetworkError) as refused:
         step(one, **constants)
+    assert str(refused.value) == cause
 
 
 def test_a_constant_that_is_not_finite_is_refused() -> None:
-    with pytest.raises(UnsupportedNetworkError, match="not finite"):
+    with pytest.raises(
+        UnsupportedNetworkError, match=r"^the constant `c` holds a number that is not finite$"
+    ):
         step(node("Add", "x", "c"), c=Tensor((1,), (math.nan,)))
