@@ -59,7 +59,8 @@ class SightGrid:
     def __init__(self, scanners: AreaScanners, taught: Array) -> None:
         self._passes = _passes(scanners)
         self._rays = np.arange(len(taught)) * _LONG
-        self._ends = np.searchsorted(self._passes.keys, self._rays + taught + _SURFACE)
+        # What was behind a surface is inside a thing that stands there, where nobody can be.
+        self._ends = np.searchsorted(self._passes.keys, self._rays + taught)
         seen = np.zeros(len(self._passes.keys) + 1, np.intp)
         starts = np.searchsorted(self._passes.keys, self._rays)
         np.add.at(seen, starts, 1)

@@ -56,6 +56,16 @@ def test_places_that_were_never_seen_do_not_count() -> None:
     assert len(hidden(ONE, rectangle((0.5, -0.1), (0.6, 0.1)), survey=(WALL,))) == 0
 
 
+def test_inside_what_stood_there_at_the_survey_is_no_place() -> None:
+    """As where the carriage stands 60 mm before a stand: nobody fits between them."""
+    before_the_wall = rectangle((-0.1, -0.3), (-0.06, 0.3))
+    assert len(hidden(ONE, before_the_wall, survey=(WALL,))) == 0
+    farther = rectangle((-0.3, -0.15), (-0.26, 0.15))
+    between = hidden(ONE, farther, survey=(WALL,))
+    assert between[:, 0].min() < -0.2
+    assert between[:, 0].max() < 0.0
+
+
 def test_the_robot_itself_is_no_place_for_a_person() -> None:
     robot = RobotOutline(PANDA, READY, (0.25, 0.0, 0.0), carriage=True)
     carriage = rectangle((0.0, -0.225), (0.5, 0.225))
