@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import product
 from typing import Final
 
@@ -98,22 +99,25 @@ def point_of(numbers: tuple[NumberField, ...]) -> Vec3:
     return (x, y, z)
 
 
-def finger_corners(mount: HandMount, gripper: TwoFingers) -> Iterator[Vec3]:
-    """Yield the corners of both fingers, closed and open.
+def finger_corners(mount: HandMount, gripper: TwoFingers) -> Iterator[tuple[Vec3, ...]]:
+    """Yield the corners of each box of both fingers, closed and open.
 
     Args:
         mount: the mounting of the hand.
         gripper: its gripper.
 
     Yields:
-        Corners in the frame of the last joint, m.
+        Of a box of one finger, its 16 corners in the frame of the last joint, m: the box sweeps their hull.
     """
     c, s = float(np.cos(mount.turn)), float(np.sin(mount.turn))
-    for (edges, middle), way, side in product(gripper.boxes, (0.0, mount.widest_gap / 2.0), (1.0, -1.0)):
-        for signs in product((-0.5, 0.5), repeat=3):
-            x, y, z = (at + sign * edge for at, sign, edge in zip(middle, signs, edges, strict=True))
+    ways, signs = (0.0, mount.widest_gap / 2.0), (-0.5, 0.5)
+    for (edges, middle), side in product(gripper.boxes, (1.0, -1.0)):
+        corners = []
+        for way, *outwards in product(ways, signs, signs, signs):
+            x, y, z = (at + sign * edge for at, sign, edge in zip(middle, outwards, edges, strict=True))
             x, y = side * x, side * (y + way)
-            yield (c * x - s * y, s * x + c * y, z + mount.flange)
+            corners.append((c * x - s * y, s * x + c * y, z + mount.flange))
+        yield tuple(corners)
 
 
 def finger_outside(
@@ -121,30 +125,27 @@ def finger_outside(
 ) -> tuple[str, float] | None:
     """Find an enclosure of the link `fingers` that does not hold them at every gap.
 
+    A box counts as held if one capsule, and one hull, has all corners that it reaches: each is convex, so it
+    holds the box at every gap. Several that have some of the corners each may leave out what is between.
+
     Args:
         mount: the mounting of the hand.
         capsules: capsules of all links; those of the fingers are looked at.
         hulls: hulls of all links; likewise.
 
     Returns:
-        `capsule` or `hull`, and the greatest distance of a corner of a finger outside all of them, m; None if
-        both hold all corners, or the hand is the Franka Hand.
+        `capsule` or `hull`, and the greatest distance of a corner outside the one that is nearest to holding
+        its box, m; None if all boxes are held, or the hand is the Franka Hand.
     """
     if mount.gripper is None:
         return None
-    corners = [*finger_corners(mount, mount.gripper)]
-    distances = {
-        "capsule": [
-            min(_outside_capsule(corner, one) for one in capsules if one.link == "fingers")
-            for corner in corners
-        ],
-        "hull": [
-            min(_outside_hull(corner, one) for one in hulls if one.link == "fingers") for corner in corners
-        ],
-    }
-    for name, found in distances.items():
-        if max(found) > _ROUNDING:
-            return name, max(found)
+    boxes = [*finger_corners(mount, mount.gripper)]
+    of_capsules = [partial(_outside_capsule, capsule=one) for one in capsules if one.link == "fingers"]
+    of_hulls = [partial(_outside_hull, hull=one) for one in hulls if one.link == "fingers"]
+    for name, distances in (("capsule", of_capsules), ("hull", of_hulls)):
+        found = max(min(max(map(distance, box)) for distance in distances) for box in boxes)
+        if found > _ROUNDING:
+            return name, found
     return None
 
 

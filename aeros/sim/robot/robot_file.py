@@ -393,7 +393,11 @@ class _RobotReader:
                 "make the file with tools/fit_robot.py, next to the robot file",
             )
             return (), ()
-        self._check_links([one.link for one in hulls], f"hulls of `{text.value}`", text.span)
+        links = [one.link for one in hulls]
+        self._check_links(links, f"hulls of `{text.value}`", text.span)
+        for link in sorted({name for name in links if links.count(name) > 1}):
+            headline = f"`{link}` has {links.count(link)} hulls in `{text.value}`, and simulators take one"
+            self._report(headline, text.span, "give each link one hull, around all of its shapes")
         return hulls, exempt
 
     def _hull(self, one: dict[str, Any]) -> Hull:

@@ -14,6 +14,7 @@ import pytest
 from aeros.runtime.ports import Hull
 from aeros.sim.engine.engine import Engine
 from aeros.sim.kinematic.plant import make_plant
+from aeros.sim.robot.body import Capsule
 from aeros.sim.robot.gripper import finger_corners, finger_outside
 from aeros.sim.robot.robot_file import read_robot
 from aeros.skill import act
@@ -28,8 +29,9 @@ TEXT = (SCARA / "scara.yaml").read_text(encoding="utf-8")
 def test_the_corners_are_those_of_both_fingers_closed_and_open() -> None:
     hand = read_robot(str(SCARA / "scara.yaml")).hand
     assert hand.gripper is not None
-    corners = np.array([*finger_corners(hand, hand.gripper)])
-    assert len(corners) == 2 * 2 * 2 * 8
+    boxes = [*finger_corners(hand, hand.gripper)]
+    assert [len(box) for box in boxes] == 2 * 2 * [2 * 8]
+    corners = np.concatenate(boxes)
     # Open by 110 mm, a finger of 35 mm reaches 90 mm to each side; its end is 175 mm beyond the flange.
     assert corners.max(axis=0) == pytest.approx([0.015, 0.09, 0.195])
     assert corners.min(axis=0) == pytest.approx([-0.015, -0.09, 0.12])
@@ -52,6 +54,18 @@ def test_a_hull_that_a_finger_leaves_is_found() -> None:
     assert found is not None
     assert found[0] == "capsule"
     assert 0.005 < found[1] < 0.01
+
+
+def test_enclosures_that_have_some_of_the_corners_each_do_not_hold_a_finger() -> None:
+    robot = read_robot(str(SCARA / "scara.yaml"))
+    assert robot.hand.gripper is not None
+    corners = np.concatenate([*finger_corners(robot.hand, robot.hand.gripper)]).tolist()
+    (whole,) = (one for one in robot.capsules if one.link == "fingers")
+    balls = tuple(Capsule("fingers", whole.joint, (*corner,), (*corner,), 1e-3) for corner in corners)
+    found = finger_outside(robot.hand, balls, robot.body.hulls)
+    assert found is not None
+    assert found[0] == "capsule"
+    assert finger_outside(robot.hand, (*balls, whole), robot.body.hulls) is None
 
 
 @pytest.mark.parametrize(

@@ -148,6 +148,7 @@ def test_a_posture_outside_the_limits_is_refused(write: Write) -> None:
     ("change", "cause"),
     [
         (lambda data: {**data, "hulls": data["hulls"][:-1]}, "lack `fingers`"),
+        (lambda data: {**data, "hulls": [*data["hulls"], data["hulls"][0]]}, "has 2 hulls in"),
         (lambda data: {"hulls": data["hulls"]}, "exempt_pairs"),
         (lambda data: {**data, "hulls": [{**data["hulls"][0], "corners": [[0, 0, 0]]}]}, "fewer than 4"),
         (lambda data: {**data, "hulls": [{**data["hulls"][0], "joint": 3}]}, "not moved by 3 joints"),
