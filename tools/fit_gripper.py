@@ -17,7 +17,6 @@ from tools.fit_link_hulls import Points
 from tools.urdf_shapes import (
     axis_of,
     link_shapes,
-    link_vertices,
     number_of,
     pose_of,
     read_urdf,
@@ -26,6 +25,9 @@ from tools.urdf_shapes import (
 
 _ALIKE: Final = 0.002
 """Greatest difference of both fingers, m."""
+
+_SHAPES: Final = ("collision", "visual")
+"""Elements of a link that have shapes."""
 
 _BEFORE_THE_TIPS: Final = 0.009
 """Distance of the tool centre point from the ends of the fingers, m: as of the Franka Hand."""
@@ -51,7 +53,13 @@ class GripperParts(NamedTuple):
 
 
 class _Finger(NamedTuple):
-    """A finger of a URDF: boxes in the frame of the hand, each (2, 3), and the least and greatest gap, m."""
+    """A finger of a URDF: its boxes in the frame of the hand with the pads at y = 0, each (2, 3), m.
+
+    Attributes:
+        boxes: as above.
+        gaps: least and greatest distance of the pads, m.
+        mass: kg.
+    """
 
     boxes: list[Points]
     gaps: tuple[float, float]
@@ -93,14 +101,28 @@ def read_gripper_urdf(path: Path) -> GripperParts:
         first, second = second, first
     turned = [np.sort(box * (-1.0, -1.0, 1.0), axis=0) for box in second.boxes]
     pairs = zip(sorted(map(_key, first.boxes)), sorted(map(_key, turned)), strict=False)
-    if len(first.boxes) != len(turned) or any(np.abs(np.subtract(*pair)).max() > _ALIKE for pair in pairs):
-        raise SystemExit(f"{path}: the fingers are not the same, turned by 180 degrees about z of the palm")
-    points = np.concatenate([transform(place, link_vertices(links[name], path)) for name, place in palm])
-    boxes = [box - (0.0, first.gaps[0] / 2.0, 0.0) for box in first.boxes]
+    ends = np.abs(np.subtract(first.gaps, second.gaps)).max()
+    if (
+        ends > _ALIKE
+        or len(first.boxes) != len(turned)
+        or any(np.abs(np.subtract(*pair)).max() > _ALIKE for pair in pairs)
+    ):
+        raise SystemExit(
+            f"{path}: the fingers and their ways are not the same, turned by 180 degrees about z of the palm"
+        )
+    if first.gaps[0] > _ALIKE:
+        raise SystemExit(
+            f"{path}: the closed fingers are {1e3 * first.gaps[0]:g} mm apart. AEROS has grippers whose pads "
+            "meet; correct the limits, or the shapes of the pads"
+        )
+    points = np.concatenate(_shapes_of(palm, links, path))
+    boxes = first.boxes
     tool = round(float(max(box[1, 2] for box in boxes)) - _BEFORE_THE_TIPS, 4)
+    if tool <= 0.0:
+        raise SystemExit(f"{path}: the fingers do not lead out of the palm along z; turn its link")
     lines = [
         f"  tool: {1e3 * tool:g} mm",
-        f"  widest_gap: {1e3 * (first.gaps[1] - first.gaps[0]):g} mm",
+        f"  widest_gap: {1e3 * first.gaps[1]:g} mm",
         "  palm:",
     ]
     lines += _mass_lines([(links[name], quarter @ place) for name, place in palm])
@@ -110,11 +132,7 @@ def read_gripper_urdf(path: Path) -> GripperParts:
         middle[1] = max(middle[1], edges[1] / 2.0)
         lines.append(f"      - {{edges: {edges.tolist()}, at: {middle.tolist()}}}")
     corners = np.concatenate(
-        [
-            _corners(box + np.array((0.0, way, 0.0)))
-            for box in boxes
-            for way in (0.0, (first.gaps[1] - first.gaps[0]) / 2.0)
-        ]
+        [_corners(box + np.array((0.0, way, 0.0))) for box in boxes for way in (0.0, first.gaps[1] / 2.0)]
     )
     both = np.concatenate((corners, corners * (-1.0, -1.0, 1.0)))
     return GripperParts(transform(quarter, points), both, tool, lines)
@@ -178,23 +196,44 @@ def _finger(
     quarter: Points,
 ) -> _Finger:
     part, moving = _rigid_part(_end(joint, "child"), quarter @ place, by_parent, set())
-    limit = joint.find("limit")
+    limit, mimic = joint.find("limit"), joint.find("mimic")
     if moving or limit is None:
         raise SystemExit(
             f"{path}: the finger of `{joint.get('name')}` has joints of its own, or no `<limit>`"
         )
-    shapes = [transform(where, points) for name, where in part for points in link_shapes(links[name], path)]
+    if mimic is not None and abs(number_of(mimic, "multiplier", "1")) != 1.0:
+        raise SystemExit(
+            f"{path}: the fingers move by different ways; give `<mimic>` a `multiplier` of 1 or -1"
+        )
+    shapes = _shapes_of(part, links, path)
     boxes = _outer_boxes([np.array((points.min(axis=0), points.max(axis=0))) for points in shapes])
     way = float((quarter @ place)[1, :3] @ axis_of(joint))
     side = float(np.sign(np.mean([box[:, 1].mean() for box in boxes])))
     shifts = [way * number_of(limit, end, "0") for end in ("lower", "upper")]
     inner = min(float((side * box[:, 1]).min()) for box in boxes)
     least, most = sorted(2.0 * (inner + side * shift) for shift in shifts)
-    closed = min(shifts, key=lambda shift: side * shift)
     mass = sum(_mass_of(links[name]) for name, _ in part)
+    if mass <= 0.0:
+        raise SystemExit(
+            f"{path}: the finger of `{joint.get('name')}` has no mass; give its link an `<inertial>`"
+        )
     if most <= 0.0:
         raise SystemExit(f"{path}: the fingers never part; correct the limits of `{joint.get('name')}`")
-    return _Finger([box + np.array((0.0, closed, 0.0)) for box in boxes], (least, most), mass)
+    # Shapes that overlap at the lower end cannot: the pads have met before.
+    met = np.array((0.0, -side * inner, 0.0))
+    return _Finger([box + met for box in boxes], (max(least, 0.0), most), mass)
+
+
+def _shapes_of(
+    part: list[tuple[str, Points]], links: dict[str, ElementTree.Element], path: Path
+) -> list[Points]:
+    """Return the shapes of rigid parts; a link may have none, as a frame at the fingertips."""
+    bodies = [one for one in part if any(links[one[0]].find(kind) is not None for kind in _SHAPES)]
+    return [
+        transform(place, points)
+        for name, place in bodies or part[:1]
+        for points in link_shapes(links[name], path)
+    ]
 
 
 def _mass_of(link: ElementTree.Element) -> float:

@@ -204,7 +204,7 @@ def _with_scene_warnings(report: Report) -> Report:
     """Add warnings of scenes that a run could not load."""
     if not any(one.scenes or one.composed_scenes or (one.path / SCENES).is_dir() for one in report.modules):
         return report
-    from aeros.cli.author.scene_checks import add_scene_warnings  # what reads scenes is half of a start
+    from aeros.cli.author.scene_checks import add_scene_warnings  # half of the time to start
 
     return add_scene_warnings(report)
 
