@@ -138,32 +138,36 @@ def robot_of(site: Site) -> RobotModel:
         name = str(Path(site.span.source.path).parent / name)
     robot = read_robot(name)
     excesses = [] if site.robot is None or site.motion is None else list(_excesses(site.motion, robot))
+    cure = (
+        f"keep `motion` of the site inside the limits of `{robot.name}`, its levers no shorter than its "
+        "links reach, or name another `robot`"
+    )
+    faults = [(one, cure) for one in excesses]
     if site.robot is not None:
-        excesses += _misfits(site, robot)
-    if excesses:
-        help_ = (
-            f"keep `motion` of the site inside the limits of `{robot.name}`, its levers no shorter than its "
-            "links reach, or name another `robot`",
-        )
+        faults += _misfits(site, robot)
+    if faults:
         line = re.search(r"^robot:[^\n]*", site.span.source.text, re.MULTILINE)
         start, end = (0, 0) if line is None else line.span()
         named = SpanLabel(site.span.source.span(start, end))
-        raise UserError([Diagnostic("AE208", text, named, help=help_) for text in excesses])
+        raise UserError([Diagnostic("AE208", text, named, help=(cure,)) for text, cure in faults])
     return robot
 
 
-def _misfits(site: Site, robot: RobotModel) -> Iterator[str]:
-    """Yield what a site says of other links, and of a narrower gripper, than the robot has, as sentences."""
-    links = {one.link for one in robot.body.hulls} | {_HELD}
+def _misfits(site: Site, robot: RobotModel) -> Iterator[tuple[str, str]]:
+    """Yield links and a gripper of a site that its robot does not have, each as a sentence and a cure."""
+    links = [*(one.link for one in robot.body.hulls), _HELD]
     for barrier in () if site.motion is None else site.motion.barriers:
-        unknown = [name for name in barrier.links or () if name not in links]
+        unknown = sorted((barrier.links or frozenset()).difference(links))
         if unknown:
-            listed = ", ".join(f"`{name}`" for name in unknown)
-            yield f"the barrier `{barrier.id}` names {listed}; the robot has no such link"
-    gap = site.state.get("finger_gap")
-    widest = robot.hand.widest_gap
+            names, known = (", ".join(f"`{name}`" for name in some) for some in (unknown, links))
+            headline = f"the barrier `{barrier.id}` names {names}; the robot has no such link"
+            yield headline, f"write `links` of {known}"
+    gap, widest = site.state.get("finger_gap"), robot.hand.widest_gap
     if gap is not None and gap.range is not None and float(gap.range[1]) < widest * (1.0 - _ROUNDING):
-        yield f"`finger_gap` of the site ends at {float(gap.range[1]):g} m; the hand opens to {widest:g} m"
+        headline = (
+            f"`finger_gap` of the site ends at {float(gap.range[1]):g} m; the hand opens to {widest:g} m"
+        )
+        yield headline, f"let its `range` end at {widest:g} or more"
 
 
 def _excesses(policy: MotionPolicy, robot: RobotModel) -> Iterator[str]:

@@ -267,6 +267,19 @@ def test_a_site_that_allows_more_than_its_robot_is_refused(
     assert found.help
 
 
+def test_a_misfit_of_a_site_has_its_own_cure(tmp_path: Path) -> None:
+    with pytest.raises(UserError) as error:
+        robot_of(site_with(tmp_path, "[link5, link6, link7,", "[thumb, link9, elbow, link8,"))
+    (found,) = error.value.diagnostics
+    assert "names `elbow`, `link8`, `link9`, `thumb`; the robot has" in found.headline
+    assert found.help[0].startswith("write `links` of `foot`, `link1`,")
+    old = "finger_gap: {type: real, unit: m, range: [0, 0.1]"
+    with pytest.raises(UserError) as error:
+        robot_of(site_with(tmp_path, old, old.replace("0.1", "0.07")))
+    (found,) = error.value.diagnostics
+    assert found.help == ("let its `range` end at 0.08 or more",)
+
+
 @pytest.mark.parametrize("site", ["panda_cell", "fr3_cell", "iiwa_cell"])
 def test_no_posture_has_a_longer_lever_than_the_site_says(site: str) -> None:
     """Else links could be farther from their commands than the site's bound on tracking says."""
