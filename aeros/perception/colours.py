@@ -156,16 +156,16 @@ def has_colour_of(rgb: NDArray[Any], colour: Sequence[float]) -> Mask:
 def is_lit_for(rgb: NDArray[Any], colour: Sequence[float]) -> Mask:
     """Find the pixels with enough light to show a surface of a colour, if it were there.
 
-    Any other surface reflects all light at most, so a pixel is at least as well lit as it is bright; one that
-    is darker may be a dark surface in good light, and is taken for one in the dark.
+    No surface reflects more light than it gets, so a bright pixel is well lit. A dark pixel may be a dark
+    surface in good light; it counts as too dark.
 
     Args:
         rgb: colours (…, 3), 0 to 255.
         colour: the surface's red, green and blue, from 0 to 1.
 
     Returns:
-        Mask (…) of the pixels where `has_colour_of` would find the surface. 0.6 of white always counts as
-        enough: it is that for surfaces whose brightest channel is 0.4 or more.
+        Mask (…) of the pixels where `has_colour_of` would find the surface. A pixel of 0.6 of white or more is
+        always in it; that is enough for surfaces whose brightest channel is 0.4 or more.
     """
     most, least = max(colour), min(colour)
     needed = _BRIGHTNESS[0] if most - least <= _GREYISH * most else min(_FULL_LIGHT, _DARKEST / most)

@@ -34,6 +34,20 @@ def test_the_referee_knows_the_new_object_for_each_place(files: tuple[Path, Path
     assert names <= scene.truth.keys()
 
 
+def test_the_scene_of_all_tasks_has_it_too(files: tuple[Path, Path]) -> None:
+    (lines,) = re.findall(r"^```text\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    text = files[1].read_text(encoding="utf-8")
+    old = ("include: [{scene: fetch}]", "    from: stand", "  object: {red_can: can,")
+    include, robot, place, values = lines.splitlines()
+    for one, new in zip(old, (f"{include}\n{robot}", place, values.split(" blue_block")[0]), strict=True):
+        assert text.count(one) == 1
+        text = text.replace(one, new)
+    files[1].write_text(text, encoding="utf-8")
+    folders = [ROOT / "ecms" / one for one in ("fetch_object", "clean_table", "make_dumplings")]
+    scene = load_scene(str(files[1]), folders)
+    assert "fetch_object.object_delivered(object = green_bottle, to = left)" in scene.truth
+
+
 def test_an_instruction_that_names_it_is_understood(
     files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
