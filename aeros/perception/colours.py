@@ -164,8 +164,8 @@ def is_lit_for(rgb: NDArray[Any], colour: Sequence[float]) -> Mask:
         colour: the surface's red, green and blue, from 0 to 1.
 
     Returns:
-        Mask (…) of the pixels where `has_colour_of` would find the surface. A pixel of 0.6 of white or more is
-        always in it; that is enough for surfaces whose brightest channel is 0.4 or more.
+        Mask (…) of the pixels where `has_colour_of` would find the surface. A pixel of 0.6 of white or more
+        is always in it; that is enough for surfaces whose brightest channel is 0.4 or more.
     """
     most, least = max(colour), min(colour)
     needed = _BRIGHTNESS[0] if most - least <= _GREYISH * most else min(_FULL_LIGHT, _DARKEST / most)

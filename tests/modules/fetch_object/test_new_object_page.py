@@ -34,7 +34,11 @@ def test_the_referee_knows_the_new_object_for_each_place(files: tuple[Path, Path
     assert names <= scene.truth.keys()
 
 
-def test_the_scene_of_all_tasks_has_it_too(files: tuple[Path, Path]) -> None:
+@pytest.mark.physics
+@pytest.mark.deep
+def test_it_is_delivered_in_the_scene_of_all_tasks(
+    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (lines,) = re.findall(r"^```text\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
     text = files[1].read_text(encoding="utf-8")
     old = ("include: [{scene: fetch}]", "    from: stand", "  object: {red_can: can,")
@@ -43,9 +47,9 @@ def test_the_scene_of_all_tasks_has_it_too(files: tuple[Path, Path]) -> None:
         assert text.count(one) == 1
         text = text.replace(one, new)
     files[1].write_text(text, encoding="utf-8")
-    folders = [ROOT / "ecms" / one for one in ("fetch_object", "clean_table", "make_dumplings")]
-    scene = load_scene(str(files[1]), folders)
-    assert "fetch_object.object_delivered(object = green_bottle, to = left)" in scene.truth
+    where = ["--out", str(tmp_path / "out"), "--state", str(tmp_path / "state"), "--no-film"]
+    assert main(["run", SAYS, "--site", str(files[0]), "--scene", str(files[1]), *where]) == Exit.SUCCESS
+    assert "believed true, true in the simulator" in capsys.readouterr().out
 
 
 def test_an_instruction_that_names_it_is_understood(
