@@ -61,20 +61,31 @@ def request_for_goal(goal: ActionCondition, configuration: Configuration) -> lis
         configuration: The active modules.
 
     Returns:
-        What `--task` takes: of the first module whose variables the goal reads and that has tasks, the one
-        whose own goal reads most of them; then `NAME=VALUE` for each `NAME == VALUE` of the goal.
+        What `--task` takes: of all tasks of modules whose variables the goal reads, the one whose own goal
+        reads most of them, the first of these if several do; then `NAME=VALUE` for each `NAME == VALUE` of
+        the goal.
 
     Raises:
-        InstructionError: No such module has a task.
+        InstructionError: No such module has a task, or the goal reads nothing but values of its parameters,
+            so that it holds or fails without any motion.
     """
     read = t.variables_of(goal.term).keys()
-    for module in dict.fromkeys(name.partition(".")[0] for name in read):
-        for task in _tasks_behind(read, [module], frozenset(), configuration):
-            stated = (_stated_value(part.term, module, task) for part in goal.conjuncts)
-            return [f"{module}.{task.id}", *(one for one in stated if one)]
-    raise InstructionError(
-        f"{quoted(goal.text)} is of no task: give an instruction, or --task NAME, together with --goal"
-    )
+    modules = dict.fromkeys(name.partition(".")[0] for name in read)
+    found = [
+        (one, task) for one in modules for task in _tasks_behind(read, [one], frozenset(), configuration)
+    ]
+    if not found:
+        raise InstructionError(
+            f"{quoted(goal.text)} is of no task: give an instruction, or --task NAME, together with --goal"
+        )
+    module, task = max(found, key=lambda one: _number_read(read, one[1]))
+    if read <= {f"{one}.{name}" for one, other in found for name in other.parameters}:
+        raise InstructionError(
+            f"{quoted(goal.text)} says nothing but values of parameters, which no motion changes: add what "
+            f"is to be reached, as in {quoted(f'{task.goal_text} and {goal.text}')}"
+        )
+    stated = (_stated_value(part.term, module, task) for part in goal.conjuncts)
+    return [f"{module}.{task.id}", *(one for one in stated if one)]
 
 
 def _stated_value(term: t.Term, module: str, task: Task) -> str:
@@ -106,4 +117,8 @@ def _tasks_behind(
     for module in modules:
         tasks = configuration.modules[module].tasks.values() if module in configuration.modules else ()
         if tasks and module not in served:
-            yield max(tasks, key=lambda task: len(names & t.variables_of(task.goal).keys()))
+            yield max(tasks, key=lambda task: _number_read(names, task))
+
+
+def _number_read(names: AbstractSet[str], task: Task) -> int:
+    return len(names & t.variables_of(task.goal).keys())

@@ -57,6 +57,12 @@ STROKES = (-0.105, -0.035, 0.035, 0.105)
 """From the middle of the area to the strokes along x, m: the sponge is 100 mm long, so they overlap by 30 mm
 and cover ±0.155."""
 
+STROKES_BETWEEN = (-0.12, -0.07, 0.0, 0.07, 0.12)
+"""The same of a second sweep: with these, a sponge of 60 mm covers ±0.15."""
+
+STREAKS = (0.8, 0.95)
+"""Wiped share from which streaks alone are left, and from which none are: less has another cause."""
+
 STROKE_ENDS = {"whole": (0.13, -0.13), "left": (0.13, 0.025), "right": (-0.13, -0.025)}
 """From the middle of the area to the ends of a stroke along y, m, for each region: the sponge is 70 mm wide,
 so strokes cover ±0.165, and of a half 10 mm beyond the middle, as the sponge is a few millimetres off."""
@@ -190,31 +196,44 @@ def calibrate(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Take the sponge, sweep it over the region in overlapping strokes, put it back and look."""
+    """Take the sponge, sweep it over the region in overlapping strokes, put it back and look.
+
+    Where no more than streaks are left, as by a smaller sponge, it is swept between these strokes, too.
+    """
     pace = inputs["hand_speed"]
     observed = yield from _overlook(observed, pace)
     observed = yield from _bin_what_is_held(observed, pace)
-    if not observed["holding"]:
-        if not _is_sponge_usable(observed):
-            yield from _look_at_the_floor(observed)
-            return
-        observed = yield from _take_sponge(observed, pace)
+    for strokes in (STROKES, STROKES_BETWEEN):
         if not observed["holding"]:
-            yield from _overlook(observed, pace)
+            if not _is_sponge_usable(observed):
+                yield from _look_at_the_floor(observed)
+                return
+            observed = yield from _take_sponge(observed, pace)
+            if not observed["holding"]:
+                yield from _overlook(observed, pace)
+                return
+        observed = yield from _sweep(observed, pace, strokes)
+        observed = yield from _return_sponge(observed, pace)
+        observed = yield from _overlook(observed, pace)
+        is_streaky = STREAKS[0] <= observed.get("wiped_fraction", 0.0) < STREAKS[1]
+        if observed.get("table_wiped") is not False or not is_streaky:
             return
+
+
+def _sweep(observed: Observation, pace: float, offsets: Iterable[float]) -> Task:
+    """Sweep the held sponge over the region, at offsets along x from its middle, m."""
     observed = yield from _sense(observed, "area_position", "region")
     middle_x, middle_y, top = _lifted(observed, "area_position")
     height = max(top + SPONGE_GRASP + FOAM_HALF_HEIGHT, LOWEST_SLIDE)
     start, end = (middle_y + offset for offset in STROKE_ENDS[observed["region"]])
-    strokes = [middle_x + offset for offset in STROKES]
+    strokes = [middle_x + offset for offset in offsets]
     yield from _approach(observed, pace, (strokes[0], start, height + HOVER), 0.0)
     for x in strokes:
         yield act("move_tool", target=(x, start, height + HOVER), yaw=0.0, speed=HOVER_SPEED)
         yield act("slide", target=(x, end, height), force=WIPE_FORCE, speed=WIPE_SPEED)
         observed = yield act("move_tool", target=(x, end, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
         start, end = end, start
-    observed = yield from _return_sponge(observed, pace)
-    yield from _overlook(observed, pace)
+    return observed
 
 
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:

@@ -258,6 +258,38 @@ def test_a_sponge_that_the_fingers_miss_is_gripped_once_more_deeper_and_none_is_
     assert is_put_back is is_used
 
 
+@pytest.mark.parametrize(
+    ("is_wiped", "share", "sweeps"),
+    [
+        (True, 0.96, [4]),
+        (False, 0.93, [4, 5]),
+        (False, 0.2, [4]),
+        (False, 0.97, [4]),
+        (None, 0.93, [4]),
+        (False, None, [4]),
+    ],
+)
+def test_streaks_that_a_sweep_leaves_are_swept_over_and_nothing_else_is(
+    is_wiped: bool | None, share: float | None, sweeps: list[int]
+) -> None:
+    observed = {**AROUND, "clutter_on_table": False, "region": "whole", "table_wiped": False}
+    seen = {
+        name: value
+        for name, value in (("table_wiped", is_wiped), ("wiped_fraction", share))
+        if value is not None
+    }
+    after = {
+        name: value for name, value in observed.items() if name not in seen and name != "table_wiped"
+    } | seen
+    done = actions(skills.wipe(observed, {"hand_speed": PACE}), observed, observed, after)
+    slides = [one.parameters["target"][0] for one in done if one.kind == "slide"]
+    assert len(slides) == sum(sweeps)
+    assert slides == pytest.approx([0.395, 0.465, 0.535, 0.605, 0.38, 0.43, 0.5, 0.57, 0.62][: sum(sweeps)])
+    assert len(grasps_of(done)) == len(sweeps)
+    # It lies at its rest in the end.
+    assert [one.kind for one in done if one.kind in {"grip", "look"}][-1] == "look"
+
+
 def headings_denied(task: Generator[Action, Observation, object], observed: Observation) -> list[float]:
     """Headings of a hand that may not come below 0.1 m, in the order of trial."""
     yaws, action = list[float](), next(task)

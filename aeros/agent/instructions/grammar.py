@@ -139,7 +139,8 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
         raise InstructionError(f"{text} may ask to wait; nothing before it says what is to be done first")
     # At the very start, `later` is a time, and links nothing.
     tokens = tokens if is_first and link == _LATER else tokens[len(link) :]
-    tokens, remarks = _without_remarks(tokens if is_question else with_subject(tokens))
+    tokens = _without_now(tokens) if is_question else with_subject(tokens)
+    tokens, remarks = _without_remarks(tokens)
     tokens, reasons = _without_statements(tokens, is_question=is_question)
     reasons = remarks + reasons
     if reasons:
@@ -198,6 +199,16 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
         for at, one in enumerate(segments)
     )
     return (*spoken, *reasons)
+
+
+def _without_now(tokens: Words) -> Words:
+    """Return a question without `now` or the like at its end, which makes no wish of it: `dumplings now?`."""
+    end = english.WISH_ENDS.ending(tokens)
+    is_time = 0 < len(end) <= 2 and end[-1] in _NOW
+    return tokens[: -len(end)] if is_time and len(end) < len(tokens) else tokens
+
+
+_NOW: Final = ("now", "once", "immediately", "asap", "pronto")
 
 
 def _carried_to(segment: Segment, first: Segment, carried: tuple[Words, ...]) -> tuple[Words, ...]:

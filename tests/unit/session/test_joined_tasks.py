@@ -60,6 +60,8 @@ def test_each_task_is_listed_once_and_those_behind_the_goal_last(
         ("2 == count and dumpling_wrapped", ["make_dumplings.make_dumplings", "count=2"]),
         ("not (region == left) and table_wiped", ["clean_table.clean_table"]),
         ("holding and clutter_on_table", ["clean_table.clean_table"]),
+        ("robot_at_bench and table_wiped", ["clean_table.clean_table"]),
+        ("table_wiped and dumpling_cooked", ["clean_table.clean_table"]),
     ],
 )
 def test_a_goal_alone_is_of_the_task_whose_variables_it_reads(goal: str, request_: list[str]) -> None:
@@ -71,6 +73,13 @@ def test_a_goal_that_reads_no_module_is_of_no_task() -> None:
     configuration = around()
     with pytest.raises(InstructionError, match="`holding` is of no task: give an instruction"):
         request_for_goal(parse_goal("holding", configuration.site), configuration)
+
+
+def test_a_goal_of_nothing_but_values_of_parameters_moves_nothing_and_is_refused() -> None:
+    configuration = around()
+    for text in ("region == left", "region == left and count == 2"):
+        with pytest.raises(InstructionError, match="no motion changes: add what is to be reached, as in"):
+            request_for_goal(parse_goal(text, configuration.site), configuration)
 
 
 def test_the_first_task_says_where_the_robot_starts() -> None:

@@ -90,3 +90,9 @@ def test_a_condition_that_decides_nothing_is_refused(instruction: str, reason: s
 def test_either_way_does_not_contradict_even_if() -> None:
     (sentence,) = parse_instruction("even if the table is clean, wipe it in any case")
     assert [one.mood for one in check_scopes(sentence)] == [Mood.CONDITION, Mood.REQUEST]
+
+
+@pytest.mark.parametrize("text", ["tea now?", "the tea made right now?", "the tea made at once?"])
+def test_a_question_with_now_is_no_wish(text: str) -> None:
+    with pytest.raises(InstructionError, match="is a question; only requests are understood"):
+        parse_instruction(text)
