@@ -259,7 +259,7 @@ def test_a_tick_whose_readings_are_fresh_is_decided_by_the_fast_check(
 
 
 @pytest.mark.parametrize("again", [1, 3])
-def test_what_a_tick_measured_in_addition_is_measured_at_the_next(again: int) -> None:
+def test_a_variable_measured_in_addition_is_measured_at_the_next_tick(again: int) -> None:
     """The fast check is that of the fewer variables, which had decided the ticks before."""
     asked, fewer = request("quickly", "move"), {"stop_pressed": False}
     monitor, started = monitors(), ActiveAction(asked.action, asked.readings, NOW, 0)
