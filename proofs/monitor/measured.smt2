@@ -1,7 +1,7 @@
 ; `RuntimeMonitor._measurement_fault` is None exactly where every variable that a rule reads, and
 ; that the tick before measured, is measured, and every value is the one that was checked last, or
 ; can be used; of a module's variable that no rule reads, nothing is asked. What is measured is
-; then asked for at the next tick.
+; then asked for at the next tick; if that differs, the next tick chooses its fast check anew.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Found 0)) (((wrong) (fault.a) (fault.m.b) (fault.m.c) (usable (asks-for-a Bool) (asks-for-m.b Bool) (asks-for-m.c Bool)))))

@@ -143,6 +143,13 @@ _VALUES: Final = (
         "self._measured = frozenset()",
     ),
     Mutant(
+        "keeps-the-check-of-fewer-variables",
+        "measured",
+        MONITOR,
+        "            self._has_changed = True  # a fast check of fewer",
+        "            self._has_changed = False  # a fast check of fewer",
+    ),
+    Mutant(
         "takes-stale-readings",
         "usable",
         MONITOR,
@@ -198,7 +205,7 @@ _WATCHES: Final = (
         "keeps-the-check-of-one-action",
         "added",
         MONITOR,
-        "        self._active_actions.append(active_action)\n        self._actions_changed = True\n",
+        "        self._active_actions.append(active_action)\n        self._has_changed = True\n",
         "        self._active_actions.append(active_action)\n",
     ),
     Mutant(

@@ -112,8 +112,8 @@ def tick_obligation(code: ModuleSource) -> TheoremObligation:
             add=lambda values: calls.note("recorded", (values, measured)),
         )
         made.tracker = SimpleNamespace(is_idle=ask("idle"), violation=violation, deviation="deviation")
-        made._actions_changed = ask("changed")
-        earlier = fast_check("stale-check" if made._actions_changed else "old-check")
+        made._has_changed = ask("changed")
+        earlier = fast_check("stale-check" if made._has_changed else "old-check")
         made._holds = earlier and earlier.holds
         made._fast_check_for = fast_check_for
         made._compiled = SimpleNamespace(forms="forms")
@@ -124,7 +124,7 @@ def tick_obligation(code: ModuleSource) -> TheoremObligation:
         made.begin_stop = begin_stop
         made.violation = "earlier violation"
         found = made(at, measured)
-        if calls.are_wrong or made._actions_changed or began != [found] * len(began):
+        if calls.are_wrong or made._has_changed or began != [found] * len(began):
             return "raises"
         if found == "decided-path" and made.violation != "deviation":
             return "raises"

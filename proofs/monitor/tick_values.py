@@ -219,6 +219,7 @@ def measured_obligation(code: ModuleSource) -> TheoremObligation:
         made._is_usable = is_usable
         made._measured = frozenset(name for name in _MEASURED if ask(f"{name}.was-measured"))
         made._checked_values = {name: monitor._CheckedValue(kept[name], {}) for name in _MEASURED}
+        made._has_changed, before = False, made._measured
         watches = [
             SimpleNamespace(
                 rules=SimpleNamespace(reads=tuple(x for x in _MEASURED[1:] if ask(f"{x}.{which}-reads")))
@@ -230,6 +231,8 @@ def measured_obligation(code: ModuleSource) -> TheoremObligation:
             return "wrong"
         if fault is not None:
             return f"fault.{fault.removeprefix('input:')}"
+        if not (made._has_changed or made._measured == before):
+            return "wrong"
         return smt_apply("usable", *(smt_literal(name in made._measured) for name in _MEASURED))
 
     asked = ("was-measured", "is-measured", "is-same", "can-be-used", "first-reads", "second-reads")
@@ -239,7 +242,7 @@ def measured_obligation(code: ModuleSource) -> TheoremObligation:
         "`RuntimeMonitor._measurement_fault` is None exactly where every variable that a rule reads, and\n"
         "that the tick before measured, is measured, and every value is the one that was checked last, or\n"
         "can be used; of a module's variable that no rule reads, nothing is asked. What is measured is\n"
-        "then asked for at the next tick.",
+        "then asked for at the next tick; if that differs, the next tick chooses its fast check anew.",
         (
             f"(declare-datatypes ((Found 0)) (((wrong) {faults} (usable {kept_names}))))",
             *declare_bools(*(f"{name}.{what}" for name in _MEASURED for what in asked)),

@@ -67,7 +67,7 @@ class _Site:
         made._measured_name_sets = {frozenset("a"), frozenset("ab")}
         made._fast_checks = {("kind 3", frozenset("a")): "kept"} if self._ask("compiled") else {}
         made._measured = frozenset("a")
-        made._actions_changed = False
+        made._has_changed = False
         made._readings = {"r": Reading("earlier", 0.0), "s": Reading("earlier", 0.0)}
         made._active_actions = [self.actions[one] for one in under_way]
         made._watches = [
@@ -166,7 +166,7 @@ def added_obligation(code: ModuleSource) -> TheoremObligation:
         return _state(
             site.watched(),
             site.calls == [("tracks", "number 3", plan)],
-            made._actions_changed is True and made._measured == frozenset("a"),
+            made._has_changed is True and made._measured == frozenset("a"),
             checks.keys() == names and all(checks.values()),
             made._readings == {"r": decided, "s": earlier},
             made._readings == {"r": decided},
@@ -208,7 +208,7 @@ def removed_obligation(code: ModuleSource) -> TheoremObligation:
         return _state(
             site.watched(),
             calls == [("forgets", "number 1")],
-            made._actions_changed is True,
+            made._has_changed is True,
             made._measured == frozenset("a"),
             made._measured == frozenset(),
             ("clears",) in site.calls,

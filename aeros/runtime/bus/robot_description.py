@@ -8,6 +8,7 @@ Rx(alpha)·Tx(a)·Rz(angle)·Tz(d). So a joint's origin is `rpy` (alpha, 0, 0) a
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from re import sub
 from typing import Final, NamedTuple
 from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 
@@ -96,7 +97,9 @@ def robot_description(
 
 def _add_mesh(link: Element, mesh: LinkVisual, name: str) -> None:
     if mesh.origin:
-        link.append(Comment(f" {mesh.origin.replace('--', '- -')} "))
+        # XML has neither "--" in a comment nor control characters.
+        origin = "".join(one if one.isprintable() else "?" for one in mesh.origin)
+        link.append(Comment(f" {sub('-(?=-)', '- ', origin)} "))
     visual = SubElement(link, "visual")
     SubElement(SubElement(visual, "geometry"), "mesh", filename=mesh.address)
     if mesh.colour is not None:

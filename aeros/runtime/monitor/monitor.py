@@ -98,7 +98,7 @@ class RuntimeMonitor:
             tuple[str, frozenset[str]], FastTickCheck | None
         ] = {}  # by action kind and set of measured variables
         self._holds: Callable[[Mapping[str, Any]], bool] | None = None
-        self._actions_changed = False  # an action was added or removed since the last tick
+        self._has_changed = False  # an action was added or removed, or other variables were measured
         self._watches: list[_MonitoredActions] = []
         self._readings: dict[str, Reading] = {}
         self.violation: RuleViolation | MotionDeviation | None = None
@@ -139,7 +139,7 @@ class RuntimeMonitor:
                 }
             )
         self._active_actions.append(active_action)
-        self._actions_changed = True
+        self._has_changed = True
 
     def remove(self, active_action: ActiveAction) -> None:
         """Stop watching an action that is no longer under way.
@@ -150,7 +150,7 @@ class RuntimeMonitor:
         self._active_actions.remove(active_action)
         self.tracker.remove(active_action.record_number)
         self._watches = [watch for watch in self._watches if active_action not in watch.actions]
-        self._actions_changed = True
+        self._has_changed = True
         if not self._active_actions:
             self._measured = frozenset()
             if self.stops.are_open:
@@ -158,8 +158,8 @@ class RuntimeMonitor:
 
     def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """Check a control tick: return the first rule that does not hold, or `input:NAME`; else None."""
-        if self._actions_changed:
-            fast_check, self._actions_changed = self._fast_check_for(measured), False
+        if self._has_changed:
+            fast_check, self._has_changed = self._fast_check_for(measured), False
             self._holds = None if fast_check is None else fast_check.holds
         stops, tracker = self.stops, self.tracker
         is_off = None if tracker.is_idle or stops.stop is not None else tracker.violation(now, measured)
@@ -273,6 +273,7 @@ class RuntimeMonitor:
             if missing:
                 return f"input:{min(missing)}"
             self._measured = frozenset(name for name in measured if not _is_unread(name, watches))
+            self._has_changed = True  # a fast check of fewer variables would not miss the others
         for name, value in measured.items():
             checked = self._checked_values.get(name)
             if checked is not None and checked.value is value:

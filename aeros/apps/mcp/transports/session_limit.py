@@ -6,6 +6,7 @@ Most clients go away without a word.  Their sessions would keep later clients ou
 from __future__ import annotations
 
 from dataclasses import dataclass
+from http import HTTPStatus
 from typing import Final
 
 from mcp_types.version import MODERN_PROTOCOL_VERSIONS
@@ -48,13 +49,18 @@ class SessionLimit:
         """
         headers = {} if scope["type"] != "http" else dict(scope["headers"])
         name = headers.get(_SESSION)
-        if scope["type"] == "http" and name is None and headers.get(_VERSION) not in _MODERN:
+        method = scope.get("method")
+        if method == "POST" and name is None and headers.get(_VERSION) not in _MODERN:
             await self._make_room(scope)
+        has_ended = False
 
         async def answer(message: Message) -> None:
-            if message["type"] == "http.response.start" and message["status"] < 400:
+            nonlocal has_ended
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                has_ended = status == HTTPStatus.NOT_FOUND or (method == "DELETE" and status < 400)
                 made = dict(message.get("headers", ())).get(_SESSION)
-                if made is not None:
+                if made is not None and status < 400 and not has_ended:
                     self._sessions.setdefault(made, _Session())
             await send(message)
 
@@ -68,7 +74,7 @@ class SessionLimit:
             await self._app(scope, receive, answer)
         finally:
             session.requests -= 1
-            if scope["method"] == "DELETE":
+            if has_ended:  # else the application behind still has it
                 self._sessions.pop(name, None)
 
     async def _make_room(self, scope: Message) -> None:

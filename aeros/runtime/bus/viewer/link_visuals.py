@@ -7,11 +7,13 @@ files, and no `data:` addresses.
 from __future__ import annotations
 
 from base64 import b64encode
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from struct import pack
 from typing import Final
+from urllib.parse import quote
 
 from aeros.runtime.bus.robot_description import LinkVisual
 from aeros.runtime.bus.viewer.hull_meshes import encode_glb, hull_triangles
@@ -68,6 +70,8 @@ def embedded_visuals(models: Mapping[Hull, LinkModel]) -> Callable[[Hull], Seque
 def filed_visuals(folder: Path, models: Mapping[Hull, LinkModel]) -> Callable[[Hull], Sequence[LinkVisual]]:
     """Make the function that writes meshes to files, one for each colour of a link.
 
+    Files have the names of links, in which `/` and the like are written as in URLs, and a number.
+
     Args:
         folder: folder of the files, which need not exist.
         models: visible surfaces of links, by hull.
@@ -75,18 +79,24 @@ def filed_visuals(folder: Path, models: Mapping[Hull, LinkModel]) -> Callable[[H
     Returns:
         A function from a link's hull to its meshes; to none if they cannot be written.
     """
+    written: dict[Hull, Sequence[LinkVisual]] = {}
+    counts = Counter[str]()
 
     def visuals(hull: Hull) -> Sequence[LinkVisual]:
+        if hull in written:
+            return written[hull]
         surfaces, origin = link_model(hull, models)
         found = []
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            for number, surface in enumerate(surfaces):
-                path = (folder / f"{hull.link}-{number}.stl").resolve()
+            for number, surface in enumerate(surfaces, counts[hull.link]):
+                path = (folder / f"{quote(hull.link, safe='')}-{number}.stl").resolve()
                 path.write_bytes(encode_stl(surface))
                 found.append(LinkVisual(path.as_uri(), surface.colour, origin))
         except OSError:
             return ()
+        counts[hull.link] += len(surfaces)
+        written[hull] = found
         return found
 
     return visuals

@@ -258,6 +258,23 @@ def test_a_tick_whose_readings_are_fresh_is_decided_by_the_fast_check(
     assert monitor(NOW, measured) == (None if is_fast else "decided in full")
 
 
+@pytest.mark.parametrize("again", [1, 3])
+def test_a_variable_measured_in_addition_is_measured_at_the_next_tick(again: int) -> None:
+    """The fast check is that of the fewer variables, which had decided the ticks before."""
+    asked, fewer = request("quickly", "move"), {"stop_pressed": False}
+    monitor, started = monitors(), ActiveAction(asked.action, asked.readings, NOW, 0)
+    for _ in range(2):
+        monitor.add(started)
+        assert monitor(NOW, fewer) is None
+        monitor.remove(started)
+    monitor.add(started)
+    assert monitor(NOW, fewer) is None
+    assert monitor._holds is not None
+    for _ in range(again):
+        assert monitor(NOW, {**fewer, "human_distance": 2.0}) is None
+    assert monitor(NOW, fewer) == "input:human_distance"
+
+
 class _Slowly(MonitorRules):
     """Rules without a fast check."""
 

@@ -63,3 +63,21 @@ def test_the_session_that_is_idle_for_longest_is_displaced(
             stream = streams.enter_context(closing(ask(port, "GET", **{"Mcp-Session-Id": name})))
             assert stream.getresponse().status == 200
         assert opened(port) == ""  # all three have a client that listens
+
+
+def test_a_session_that_was_not_ended_is_displaced_like_any_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Forgotten here and kept by the application behind, it would keep every later client out."""
+    for module in ("session_limit", "http_server"):
+        monkeypatch.setattr(f"aeros.apps.mcp.transports.{module}.MAX_SESSIONS", 2)
+    with cell(dumplings(), tmp_path, FREE) as one, served(one) as port:
+        first, second = opened(port), opened(port)
+        refused = status(port, "DELETE", **{"Mcp-Session-Id": first, "Mcp-Protocol-Version": "bogus"})
+        assert refused >= 400
+        assert all(status(port, method) >= 400 for method in ("GET", "DELETE"))  # they displace nobody
+        found = [status(port, "POST", PING, **{"Mcp-Session-Id": name}) for name in (first, second)]
+        assert found == [200, 200]
+        assert status(port, "DELETE", **{"Mcp-Session-Id": first, "Mcp-Protocol-Version": "bogus"}) >= 400
+        assert opened(port) != ""
+        assert opened(port) != ""

@@ -8,6 +8,8 @@ from pathlib import Path
 from urllib.parse import unquote, urlparse
 from xml.etree.ElementTree import Element, fromstring
 
+import pytest
+
 from aeros.runtime.bus.robot_description import robot_description
 from aeros.runtime.bus.viewer.link_visuals import embedded_visuals, encode_stl, filed_visuals
 from aeros.runtime.ports import Ball, ColouredMesh, Hull, LinkModel, RobotBody
@@ -62,6 +64,27 @@ def test_rviz_gets_a_file_for_each_colour_of_a_link(tmp_path: Path) -> None:
     colours = [one.attrib["rgba"] for one in links["a_link"].findall("visual/material/color")]
     assert colours == ["1.0 0.0 0.0 1", "0.0 0.0 1.0 1"]
     assert len(addresses(links["base"])) == 1
+
+
+def test_every_file_is_in_the_folder_and_of_one_hull(tmp_path: Path) -> None:
+    """Links may be named as parts of others, and a link may have two hulls."""
+    visuals = filed_visuals(tmp_path / "meshes", {})
+    wide = UPPER._replace(corners=tuple((2.0 * x, y, z) for x, y, z in CORNERS))
+    outside, part = (UPPER._replace(link=name) for name in ("../above", "arm/link1\0"))
+    found = [visuals(hull) for hull in (UPPER, wide, outside, part, UPPER)]
+    paths = [Path(unquote(urlparse(one.address).path)) for (one,) in found]
+    assert [path.parent for path in paths] == [tmp_path / "meshes"] * 5
+    assert all(path.is_file() for path in paths)
+    assert len(set(paths)) == 4
+    assert paths[0] == paths[4]
+    assert paths[0].read_bytes() != paths[1].read_bytes()
+
+
+@pytest.mark.parametrize("origin", ["a---b.urdf", "----", "a -", "a\x01b", "a\udcffb"])
+def test_the_origin_of_a_mesh_leaves_the_text_well_formed(origin: str) -> None:
+    models = {UPPER: LinkModel((FACE,), origin)}
+    links = links_of(robot_description("arm", BODY, ("a", "b"), embedded_visuals(models)))
+    assert len(addresses(links["a_link"])) == 1
 
 
 def test_balls_remain_where_files_cannot_be_written(tmp_path: Path) -> None:
