@@ -202,7 +202,7 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
 
 
 def _without_now(tokens: Words) -> Words:
-    """Return a question without `now` or the like at its end, which makes no wish of it: `dumplings now?`."""
+    """Return a question without `now` or the like at its end, which makes no wish of it: `tea now?`."""
     end = english.WISH_ENDS.ending(tokens)
     is_time = 0 < len(end) <= 2 and end[-1] in _NOW
     return tokens[: -len(end)] if is_time and len(end) < len(tokens) else tokens
