@@ -88,7 +88,7 @@ def test_belief_and_truth_stand_side_by_side(
 def test_a_plant_tells_the_truth_of_its_scene_or_none() -> None:
     assert truth_of(make_plant(shipped_scene("bare"), 0)) == {}
     truth = truth_of(make_plant(shipped_scene("fetch"), 0))
-    assert len(truth) == 2 + 2 * 4
+    assert len(truth) == 2 * 2 + 2 * 4
     assert not any(truth.values())
     assert truth_of(object()) == {}
 

@@ -15,6 +15,7 @@ from struct import pack
 from typing import Final
 from urllib.parse import quote
 
+from aeros.files import make_folder
 from aeros.runtime.bus.robot_description import LinkVisual
 from aeros.runtime.bus.viewer.hull_meshes import encode_glb, hull_triangles
 from aeros.runtime.ports import ColouredMesh, Hull, LinkModel, Vec3
@@ -88,7 +89,7 @@ def filed_visuals(folder: Path, models: Mapping[Hull, LinkModel]) -> Callable[[H
         surfaces, origin = link_model(hull, models)
         found = []
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            make_folder(folder)
             for number, surface in enumerate(surfaces, counts[hull.link]):
                 path = (folder / f"{quote(hull.link, safe='')}-{number}.stl").resolve()
                 path.write_bytes(encode_stl(surface))

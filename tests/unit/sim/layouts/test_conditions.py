@@ -78,6 +78,10 @@ def test_a_seal_closes_once_in_the_tick_in_which_its_condition_holds() -> None:
     state.tick()
     assert world.sealed == [(BodyPart("wrapper", "fold"), 0.5)]
     assert state.truth() == {
+        "make_dumplings.robot_at_bench": False,
+        "make_dumplings.dough_on_workspace": False,
+        "make_dumplings.filling_on_workspace": False,
+        "make_dumplings.wrapper_aligned": False,
         "make_dumplings.dumpling_wrapped": True,
         "make_dumplings.dumplings_cooked": 0,
         "make_dumplings.dumpling_cooked": False,
@@ -146,8 +150,9 @@ def truths_of_table(wiped: slice, cube: Vector3, off: float) -> dict[str, tuple[
     x, y, z = world.poses["sponge_rest_position"].position
     world.poses["sponge"] = Pose((x + off, y, z), UPRIGHT)
     truth = state.truth()
+    goals = [f"clean_table.table_{what}" for what in ("wiped", "organized", "verified")]
     return {
-        region: tuple(bool(value) for name, value in truth.items() if name.endswith(f"(region = {region})"))
+        region: tuple(bool(truth[f"{goal}(region = {region})"]) for goal in goals)
         for region in ("whole", "left", "right")
     }
 
@@ -166,6 +171,7 @@ def test_a_can_is_delivered_if_it_stands_or_lies_there_and_is_let_go(
     world.held = is_held
     assert {name: one for name, one in state.truth().items() if "red_can" in name} == {
         "fetch_object.object_grasped(object = red_can)": is_held,
+        "fetch_object.object_absent(object = red_can)": False,
         "fetch_object.object_delivered(object = red_can, to = anywhere)": is_delivered,
         "fetch_object.object_delivered(object = red_can, to = middle)": is_delivered,
         "fetch_object.object_delivered(object = red_can, to = left)": False,
