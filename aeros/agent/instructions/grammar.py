@@ -407,11 +407,22 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool, has_reas
     starts_question = bool(asked) and asked[0] in english.QUESTIONS and not is_causative
     # `do i need tea?`
     asks_need = whole[:1] == ("do",) and whole[1:2] in _ADDRESSED[1:] and is_question
+    asks_need = asks_need or (is_question and _asks_back(whole))
     if asks_need or (is_question and not (was_polite or is_wish)) or (starts_question and not is_wish):
         text = " ".join(token for token in whole if token != COMMA)
         raise InstructionError(f"{quoted(text)} is a question; only requests are understood")
 
 
+def _asks_back(whole: Words) -> bool:
+    """Return True for `so you make tea?`, which asks what the robot does; not for `you could make tea?`."""
+    linked = next((at for at, word in enumerate(whole) if word not in _LINKS), 0)
+    opener = english.OPENERS.starting(whole, linked)
+    is_asked = whole[-2:] in _ASKED or not _POLITE.isdisjoint(whole)
+    return opener[:1] == ("you",) and opener[1:2] not in _POLITE_MODALS and not is_asked
+
+
+_LINKS: Final = _UNSTRESSED | {"then", "well"}
+_POLITE_MODALS: Final = (("could",), ("would",), ("couldn",), ("wouldn",), ("might",), ("d",))
 _ADDRESSED: Final = (("you",), ("i",), ("we",), ("they",), ("he",), ("she",), ("it",))
 
 
