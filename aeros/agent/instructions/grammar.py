@@ -76,7 +76,8 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
         else:
             sentences.append(sentence)
     if not sentences:
-        raise InstructionError("the instruction has no words")
+        words = " ".join(normalized_words(instruction))
+        raise InstructionError(f"{quoted(words)} asks for nothing" if words else "the instruction has no words")
     return tuple(sentences)
 
 

@@ -241,6 +241,7 @@ def test_any_text_is_understood_or_refused_with_a_reason(text: str) -> None:
         ("clean the table and", "nothing follows after `and`"),
         ("clean the table " * 80, "more than 200 words"),
         ("", "has no words"),
+        ("thanks", "`thanks` asks for nothing"),
     ],
 )
 def test_a_refusal_says_which_part_is_not_understood_and_why(instruction: str, reason: str) -> None:
