@@ -77,7 +77,8 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
             sentences.append(sentence)
     if not sentences:
         words = " ".join(normalized_words(instruction))
-        raise InstructionError(f"{quoted(words)} asks for nothing" if words else "the instruction has no words")
+        reason = f"{quoted(words)} asks for nothing" if words else "the instruction has no words"
+        raise InstructionError(reason)
     return tuple(sentences)
 
 
