@@ -46,7 +46,7 @@ def test_rules_finish_a_delivery_that_was_interrupted_on_the_way() -> None:
     with closing(plant):
         for _, skill in RULES[:3]:
             assert robot.run(skill) is None
-        assert robot.run("deliver", actions=3) is None
+        assert robot.run("deliver", actions=5) is None
         # The picture by which the can was grasped is over by then.
         robot.do("wait", duration=31.0)
         done = []

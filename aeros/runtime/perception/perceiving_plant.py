@@ -89,6 +89,7 @@ class PerceivingPlant:
         self._parameters: dict[str, Any] = {}
         self._memories: Mapping[str, Mapping[str, Any]] = {}
         self._perceivers: dict[_PerceiverKey, ActivePerceiver] = {}
+        self._active: list[ActivePerceiver] = []
         self._definitions: dict[str, ActiveDefinition] = {}
         self._defined: dict[str, Reading] = {}
         self._in_invariants: frozenset[str] = frozenset()
@@ -113,13 +114,14 @@ class PerceivingPlant:
             if found := {_module_of(name) for name in self._perceived if name in readings}:
                 self._modelled |= found
                 self._perceived = {name for name in self._perceived if _module_of(name) not in found}
+                self._leave_out_modelled()
             self._update(readings)
             self._obstacle_watch.look(readings, self._values())
         self._evaluate_definitions(readings)
-        values, parameters = self._values(), self._parameter_readings()
-        if not values and _has_all(readings, parameters):
+        values, now = self._values(), self._plant.now()
+        if not values and _states(readings, self._parameters, now):
             return readings
-        return {**readings, **values, **parameters}
+        return {**readings, **values, **self._parameter_readings()}
 
     def attend(self, modules: frozenset[str] | None) -> None:
         """Say whose values matter. Other perceivers end, and their values and definitions are unknown.
@@ -193,7 +195,7 @@ class PerceivingPlant:
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Implements `Plant.advance`; the monitor sees the values that the site lets its invariants read."""
-        watched = [one for one in self._active() if one.needs_sampling]
+        watched = [one for one in self._active if one.needs_sampling]
         shown = {name: one for name, one in self._values().items() if name in self._in_invariants}
         if watched or shown:
             monitor = _PerceivingMonitor(monitor, self._plant, watched, shown)
@@ -232,10 +234,10 @@ class PerceivingPlant:
         """End every perceiver; their values are unknown until the next `observe`. Safe to call twice."""
         for perceiver in self._perceivers.values():
             perceiver.close()
-        self._perceivers, self._generation = {}, None
+        self._perceivers, self._active, self._generation = {}, [], None
 
     def _update(self, readings: Readings) -> None:
-        active = self._active()
+        active = self._active
         if not active:
             return
         now = self._plant.now()
@@ -248,14 +250,9 @@ class PerceivingPlant:
 
     def _evaluate_definitions(self, readings: Readings) -> None:
         self._defined = {}
-        pending = {
-            name: one for name, one in self._definitions.items() if _module_of(name) not in self._modelled
-        }
-        if not pending:
-            return
-        now = self._plant.now()
-        known = {**readings, **self._values(), **self._parameter_readings()}
-        self._defined = _values_by_definition(pending, known, now)
+        if self._definitions:
+            known = {**readings, **self._values(), **self._parameter_readings()}
+            self._defined = _values_by_definition(dict(self._definitions), known, self._plant.now())
 
     def _follow_configuration(self) -> None:
         if self._governor.generation == self._generation:
@@ -293,28 +290,34 @@ class PerceivingPlant:
             ended.close()
         self._perceivers, self._definitions, self._parameters = found, definitions, parameters
         self._perceived = {*definitions, *provided}
+        self._leave_out_modelled()
 
-    def _active(self) -> list[ActivePerceiver]:
-        return [one for key, one in self._perceivers.items() if key[0] not in self._modelled]
+    def _leave_out_modelled(self) -> None:
+        """Choose what is measured here: nothing of a module that the plant models."""
+        self._active = [one for key, one in self._perceivers.items() if key[0] not in self._modelled]
+        self._definitions = {
+            name: one for name, one in self._definitions.items() if _module_of(name) not in self._modelled
+        }
 
     def _parameter_readings(self) -> dict[str, Reading]:
         now = self._plant.now()
         return {name: Reading(value, now) for name, value in self._parameters.items()}
 
     def _values(self) -> dict[str, Reading]:
-        perceived = {name: value for one in self._active() for name, value in one.values.items()}
+        perceived = {name: value for one in self._active for name, value in one.values.items()}
         return {**perceived, **self._defined} if self._defined else perceived
 
 
-def _has_all(readings: Readings, wanted: Mapping[str, Reading]) -> bool:
-    """Check if these readings are among those that a plant made, of the same type, value and time.
+def _states(readings: Readings, values: Mapping[str, Any], now: float) -> bool:
+    """Check if these values are among the readings that a plant makes now, of the same type.
 
     Then nothing is to be added, and a `Snapshot` stays one: the gate decides on it in less time.
     """
-    return all(
-        name in readings and type(readings[name].value) is type(one.value) and readings[name] == one
-        for name, one in wanted.items()
-    )
+    for name, value in values.items():
+        found = readings.get(name)
+        if found is None or found.time != now or type(found.value) is not type(value) or found.value != value:
+            return False
+    return True
 
 
 def _module_of(name: str) -> str:
