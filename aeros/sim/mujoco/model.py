@@ -8,6 +8,7 @@ moves.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -166,6 +167,25 @@ class GrowingModel:
         self._spec.add_exclude(bodyname1=_name(body, first), bodyname2=_name(body, second))
         self._is_stale = True
 
+    def let_touch(self, body: int, first: int, second: int) -> None:
+        """Let a link of a body touch one that its own joint is mounted on, which MuJoCo leaves out.
+
+        Args:
+            body: its number.
+            first: number of one link.
+            second: number of the other.
+        """
+        geoms = {
+            link: [(name, one) for name, one in self._added.items() if (one.body, one.link) == (body, link)]
+            for link in (first, second)
+        }
+        for (name, one), (other_name, other) in product(geoms[first], geoms[second]):
+            pair = self._spec.add_pair(geomname1=name, geomname2=other_name)
+            pair.condim = max(_dimensions(one.friction), _dimensions(other.friction))
+            pair.solref = (_CONTACT_TIME, 1.0)
+            pair.solimp = _CONTACT_IMPEDANCE
+        self._is_stale = True
+
     def couple(self, body: int, first: int, second: int) -> None:
         """Let one motor drive two joints: their positions stay equal.
 
@@ -317,13 +337,17 @@ class GrowingModel:
             pos=shape.place.position,
             quat=wxyz(shape.place.orientation),
             mass=0.0,
-            # With friction about the normal; and with rolling friction where it is declared.
-            condim=6 if geom.friction.rolling > 0.0 else 4,
+            condim=_dimensions(geom.friction),
             solref=(_CONTACT_TIME, 1.0),
             solimp=_CONTACT_IMPEDANCE,
             **named,
         )
         self._added[name] = geom
+
+
+def _dimensions(friction: Friction) -> int:
+    """Return the dimensions of a contact: with friction about the normal, and rolling friction if any."""
+    return 6 if friction.rolling > 0.0 else 4
 
 
 def _empty_description() -> Any:

@@ -17,6 +17,16 @@ import numpy as np
 from aeros.kinematic_chain import PRISMATIC, Row
 from aeros.runtime.ports import Hull, RobotBody
 from aeros.sim.robot.body import Capsule, enclosing_balls
+from aeros.sim.robot.columns import (
+    ABOVE_0,
+    EFFORT,
+    POSITION,
+    STIFFNESS,
+    Dimensions,
+    per_time,
+    read_column,
+    report_count,
+)
 from aeros.sim.robot.gripper import finger_outside, point_of, read_gripper, read_mass
 from aeros.sim.robot.kinematics import forward_kinematics
 from aeros.sim.robot.limits import JointLimits, ToolPointLimits, Vector
@@ -27,15 +37,17 @@ from aeros.sim.robot.model import (
     RobotModel,
     ServoSettings,
     StockUrdf,
+    links_of,
 )
+from aeros.sim.robot.standing_arm_file import StandingArmReader
 from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared.decode import decode
 from aeros.spec.declared.robots import robot as declared
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, SpanLabel
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.elaborate.expressions import elaborate_quantity, elaborate_unit
-from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME, Dimension, Unit
+from aeros.spec.elaborate.expressions import elaborate_quantity
+from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME, Dimension
 from aeros.spec.model.motion import MotionPolicy
 from aeros.spec.model.site import Site
 from aeros.spec.text.fields import NumberField, TextField
@@ -48,17 +60,8 @@ GROUP: Final = "aeros.robots"
 REFERENCE_ROBOT: Final = "panda"
 """Name of the robot of the reference site, and of sites that name none."""
 
-_ABOVE_0: Final = "write a number above 0"
-
 _SPEED: Final = LENGTH * TIME**-1
 _TURNING: Final = ANGLE * TIME**-1
-
-_Dimensions = tuple[Dimension, Dimension]
-"""Dimension of a column's values, of revolute joints and of prismatic joints."""
-
-_POSITION: Final[_Dimensions] = (ANGLE, LENGTH)
-_EFFORT: Final[_Dimensions] = (FORCE * LENGTH, FORCE)
-_STIFFNESS: Final[_Dimensions] = (FORCE * LENGTH * ANGLE**-1, FORCE * LENGTH**-1)
 
 _FARTHEST_SLIDE: Final = 100.0
 """Greatest position of a prismatic joint, m: one beyond it is in a wrong unit, or of a joint that turns."""
@@ -213,6 +216,11 @@ def _excesses(policy: MotionPolicy, robot: RobotModel) -> Iterator[str]:
 
 @cache
 def _read(path: Path) -> RobotModel:
+    return _read_carried(path, ())
+
+
+def _read_carried(path: Path, carriers: tuple[Path, ...]) -> RobotModel:
+    """Read a robot file; the robots of the files `carriers` carry each other and this one."""
     diagnostics = Diagnostics()
     node = read_yaml(read_source(path), diagnostics)
     file = None if node is None else decode(node, declared.Robot, diagnostics)
@@ -223,6 +231,11 @@ def _read(path: Path) -> RobotModel:
     _check_ready_posture(model, file, diagnostics)
     _check_hand(model, file, diagnostics)
     diagnostics.raise_if_errors()
+    if file.standing_arms:
+        chain = (*carriers, path)
+        reader = StandingArmReader(path, chain, known_robots(), _read_carried, diagnostics)
+        model = reader.add(model, file.standing_arms)
+        diagnostics.raise_if_errors()
     return model
 
 
@@ -235,7 +248,7 @@ class _RobotReader:
         self._diagnostics = diagnostics
         self._joints = len(file.chain)
         self._slides = [row.joint == "prismatic" for row in file.chain]
-        self._links = ("foot", *(f"link{number}" for number in range(1, self._joints + 1)), "hand", "fingers")
+        self._links = links_of(self._joints)
 
     def read(self) -> RobotModel:
         """Convert the whole file."""
@@ -291,7 +304,7 @@ class _RobotReader:
     def _limits(self) -> JointLimits:
         limits = self._file.limits
         lowest, highest = (
-            self._column(one, _POSITION, signed=True) for one in (limits.lowest, limits.highest)
+            self._column(one, POSITION, signed=True) for one in (limits.lowest, limits.highest)
         )
         for joint, (low, high) in enumerate(zip(lowest, highest, strict=False), 1):
             if low >= high:
@@ -313,11 +326,11 @@ class _RobotReader:
         return JointLimits(
             lowest,
             highest,
-            self._column(limits.speed, _times(_POSITION, TIME**-1)),
-            self._column(limits.acceleration, _times(_POSITION, TIME**-2)),
-            self._column(limits.jerk, _times(_POSITION, TIME**-3)),
-            self._column(limits.torque, _EFFORT),
-            self._column(limits.torque_rate, _times(_EFFORT, TIME**-1)),
+            self._column(limits.speed, per_time(POSITION, 1)),
+            self._column(limits.acceleration, per_time(POSITION, 2)),
+            self._column(limits.jerk, per_time(POSITION, 3)),
+            self._column(limits.torque, EFFORT),
+            self._column(limits.torque_rate, per_time(EFFORT, 1)),
         )
 
     def _tool_limits(self) -> ToolPointLimits:
@@ -338,7 +351,7 @@ class _RobotReader:
             if len(row) != self._joints:
                 self._wrong_count(name, len(row), postures.span)
         self._not_negative(*postures.lean)
-        ready = self._column(postures.ready, _POSITION, signed=True)
+        ready = self._column(postures.ready, POSITION, signed=True)
         ready.flags.writeable = False
         lean, *search = (np.array([_float(one) for one in row]) for _, row in rows)
         return Postures(ready, lean, tuple(search))
@@ -346,10 +359,10 @@ class _RobotReader:
     def _servos(self) -> ServoSettings:
         servos = self._file.servos
         return ServoSettings(
-            tuple(self._column(servos.correction, _EFFORT).tolist()),
-            tuple(self._column(servos.stiffness, _STIFFNESS).tolist()),
-            tuple(self._column(servos.damping, _times(_STIFFNESS, TIME)).tolist()),
-            tuple(self._column(servos.felt_torque, _EFFORT).tolist()),
+            tuple(self._column(servos.correction, EFFORT).tolist()),
+            tuple(self._column(servos.stiffness, STIFFNESS).tolist()),
+            tuple(self._column(servos.damping, per_time(STIFFNESS, -1)).tolist()),
+            tuple(self._column(servos.felt_torque, EFFORT).tolist()),
         )
 
     def _dynamics(self) -> Dynamics:
@@ -371,7 +384,7 @@ class _RobotReader:
             headline = f"`{name}` is moved by {expected} joints, not by {joint}"
             self._report(headline, one.joint.span, f"write `joint: {expected}`")
         if one.radius.value <= 0:
-            self._report(f"the radius of `{name}` is not above 0 m", one.radius.span, _ABOVE_0)
+            self._report(f"the radius of `{name}` is not above 0 m", one.radius.span, ABOVE_0)
         radius = _float(one.radius) if one.radius.value > 0 else 1.0
         return Capsule(name, joint, point_of(one.a), point_of(one.b), radius)
 
@@ -419,46 +432,13 @@ class _RobotReader:
             listed = ", ".join(f"`{name}`" for name in missing)
             self._report(f"the {things} lack {listed}", span, "every link needs one, or it is not avoided")
 
-    def _column(self, column: declared.Column, dimensions: _Dimensions, *, signed: bool = False) -> Vector:
-        """Convert one number for each joint to SI; report a wrong count, unit or sign."""
-        units = [
-            None if text is None else self._unit(text, dimension)
-            for text, dimension in zip((column.unit, column.prismatic_unit), dimensions, strict=True)
-        ]
-        if any(self._slides) and column.prismatic_unit is None:
-            self._report(
-                f"`prismatic_unit` is missing: joint {self._slides.index(True) + 1} is prismatic",
-                column.span,
-                f"add the unit of its value, one of {dimensions[1]}",
-            )
-        elif column.prismatic_unit is not None and not any(self._slides):
-            self._report(
-                "no joint of the chain is prismatic",
-                column.prismatic_unit.span,
-                "remove `prismatic_unit`, or write `joint: prismatic` in a row of the chain",
-            )
-        if len(column.values) != self._joints:
-            self._wrong_count("this column", len(column.values), column.span)
-        for one in column.values:
-            if not signed and one.value <= 0:
-                self._report(f"`{one.node.text}` is not above 0", one.span, _ABOVE_0)
-        pairs = zip(column.values, self._slides, strict=False)
-        return np.array(
-            [float(one.value if (unit := units[s]) is None else unit.to_si(one.value)) for one, s in pairs],
-            dtype=np.float64,
-        )
-
-    def _unit(self, text: TextField, dimension: Dimension) -> Unit | None:
-        unit = elaborate_unit(text, self._diagnostics)
-        if unit is not None and unit.dimension != dimension:
-            headline = f"expected a unit of {dimension}, found `{text.value}`"
-            self._report(headline, text.span, f"write `{dimension}` or another unit of this dimension")
-        return unit
+    def _column(self, column: declared.Column, dimensions: Dimensions, *, signed: bool = False) -> Vector:
+        return read_column(column, dimensions, self._slides, self._diagnostics, signed=signed)
 
     def _quantity(self, text: TextField, dimension: Dimension, *, signed: bool = False) -> float:
         value = elaborate_quantity(text, dimension, self._diagnostics)
         if value is not None and value <= 0 and not signed:
-            self._report(f"`{text.value}` is not above 0", text.span, _ABOVE_0)
+            self._report(f"`{text.value}` is not above 0", text.span, ABOVE_0)
         return 1.0 if value is None else float(value)
 
     def _not_negative(self, *numbers: NumberField) -> None:
@@ -467,8 +447,7 @@ class _RobotReader:
                 self._report(f"`{one.node.text}` is below 0", one.span, "write 0 or more")
 
     def _wrong_count(self, name: str, count: int, span: SourceSpan) -> None:
-        headline = f"{name} has {count} values; the chain has {self._joints} joints"
-        self._report(headline, span, "give one value for each joint, from the base outwards")
+        report_count(name, count, self._joints, span, self._diagnostics)
 
     def _report(self, headline: str, span: SourceSpan, cure: str) -> None:
         self._diagnostics.error("AE208", headline, span, help=(cure,))
@@ -508,11 +487,6 @@ def _check_ready_posture(model: RobotModel, file: declared.Robot, diagnostics: D
             span,
             help=("correct the posture, the chain, or `turn` of the hand",),
         )
-
-
-def _times(dimensions: _Dimensions, factor: Dimension) -> _Dimensions:
-    turning, sliding = dimensions
-    return turning * factor, sliding * factor
 
 
 def _row(declared_row: declared.ChainRow) -> Row:

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf, nan
+from math import inf, nan, pi
 from random import Random
 
 import numpy as np
 import pytest
 
-from aeros.kinematic_chain import ORIGIN, JointFrame, frames_of, mounting_of
+from aeros.kinematic_chain import frames_of, mounting_of
 from aeros.runtime.motion.bezier import Piece
 from aeros.runtime.motion.link_distance import find_link_contact, search_separation
-from aeros.runtime.motion.standing_arm import StandingArm, with_standing_arm
 from aeros.runtime.motion.swept_volume import BarrierBox, Enclosure, SweptMotion, find_breach
 from aeros.runtime.ports import Ball, Hull, JointVector, RobotBody, Vec3
+from aeros.sim.robot.model import ArmMount
+from aeros.sim.robot.standing_arm import with_standing_arm
 from tests.unit.sim.robot.panda import PANDA_BODY, Q_MAX, Q_MIN, READY_POSTURE
 
-BESIDE = StandingArm("left_", JointFrame((0.0, 0.45, 0.0), *ORIGIN[1:]))
+BESIDE = ArmMount("left_", (0.0, 0.45, 0.0))
 """Both arms on one base, 45 cm apart."""
 
 READY: JointVector = tuple(READY_POSTURE.tolist())
@@ -81,10 +82,6 @@ def test_a_clear_motion_keeps_off_a_standing_arm_anywhere_within_its_tolerance()
     assert min(seen.values()) >= 2
 
 
-def placed(**axes: Vec3) -> StandingArm:
-    return StandingArm("left_", ORIGIN._replace(**axes))
-
-
 def test_an_arm_that_turns_into_the_other_is_found_and_alone_it_is_free() -> None:
     reaching = (0.0, 0.6, 0.0, -1.6, 0.0, 2.2, 0.8)
     turned = (1.6, *reaching[1:])
@@ -105,9 +102,7 @@ ONE = RobotBody(
 
 
 def test_the_tolerance_of_the_standing_arm_enlarges_it_by_as_much_as_it_may_move() -> None:
-    carried = StandingArm(
-        "left_", JointFrame((0.0, 0.0, 0.2), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), 1
-    )
+    carried = ArmMount("left_", (0.0, 0.0, 0.2), (0.0, 0.0, pi / 2.0), 1)
     both = with_standing_arm(ONE, ONE, carried, (0.0,), (0.1,))
     _, ball = both.balls
     assert (ball.link, ball.joint) == ("left_arm", 1)
@@ -125,29 +120,26 @@ def test_a_barrier_is_kept_off_by_the_standing_arm_too() -> None:
     assert breach.link == "left_arm"
 
 
-AT_BASE = StandingArm("left_", ORIGIN)
+AT_BASE = ArmMount("left_", (0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize(
     ("mount", "posture", "tolerance", "message"),
     [
-        (StandingArm("", ORIGIN), (0.0,), (0.0,), "both arms have a link `arm`"),
+        (AT_BASE._replace(prefix=""), (0.0,), (0.0,), "both arms have a link `arm`"),
         (AT_BASE, (), (0.0,), "1 finite positions are needed"),
         (AT_BASE, (nan,), (0.0,), "1 finite positions are needed"),
         (AT_BASE, (0.0,), (), "1 finite tolerances are needed"),
         (AT_BASE, (0.0,), (nan,), "1 finite tolerances are needed"),
         (AT_BASE, (0.0,), (-0.1,), "a tolerance of -0.1 is below 0"),
-        (StandingArm("left_", ORIGIN, 2), (0.0,), (0.0,), "no 2 joints carry the arm: the moving arm has 1"),
-        (StandingArm("left_", ORIGIN, -1), (0.0,), (0.0,), "no -1 joints carry the arm"),
-        (placed(origin=(0.0, inf, 0.0)), (0.0,), (0.0,), "is no rotation and translation"),
-        (placed(x=(0.5, 0.0, 0.0)), (0.0,), (0.0,), "is no rotation and translation"),
-        (placed(z=(0.0, 0.0, -1.0)), (0.0,), (0.0,), "is no rotation and translation"),
-        (placed(y=(nan, 1.0, 0.0)), (0.0,), (0.0,), "is no rotation and translation"),
-        (placed(x=(0.8, 0.6, 0.0)), (0.0,), (0.0,), "is no rotation and translation"),
+        (AT_BASE._replace(joint=2), (0.0,), (0.0,), "no 2 joints carry the arm: the moving arm has 1"),
+        (AT_BASE._replace(joint=-1), (0.0,), (0.0,), "no -1 joints carry the arm"),
+        (AT_BASE._replace(at=(0.0, inf, 0.0)), (0.0,), (0.0,), "the place of the arm is not finite"),
+        (AT_BASE._replace(roll_pitch_yaw=(nan, 0.0, 0.0)), (0.0,), (0.0,), "the place of the arm is not"),
     ],
 )
 def test_numbers_that_would_make_the_standing_arm_too_small_or_misplace_it_are_refused(
-    mount: StandingArm, posture: JointVector, tolerance: JointVector, message: str
+    mount: ArmMount, posture: JointVector, tolerance: JointVector, message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):
         with_standing_arm(ONE, ONE, mount, posture, tolerance)
@@ -156,28 +148,4 @@ def test_numbers_that_would_make_the_standing_arm_too_small_or_misplace_it_are_r
 def test_a_link_of_one_kind_of_volume_alone_is_a_link_too() -> None:
     for other in (replace(ONE, balls=()), replace(ONE, hulls=())):
         with pytest.raises(ValueError, match="both arms have a link `arm`; choose another prefix"):
-            with_standing_arm(ONE, other, StandingArm("", ORIGIN), (0.0,), (0.0,))
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_any_rotation_is_a_place_and_one_that_is_mirrored_or_stretched_is_none(seed: int) -> None:
-    axes = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0].T
-    axes[2] *= np.linalg.det(axes)  # no reflection
-
-    def at(rows: np.ndarray) -> RobotBody:
-        x, y, z = (tuple(row) for row in rows.tolist())
-        return with_standing_arm(ONE, ONE, placed(x=x, y=y, z=z), (0.0,), (0.0,))
-
-    assert len(at(axes).balls) == 2
-    for row in range(3):
-        for column in range(3):
-            bent = axes.copy()
-            bent[row, column] += 1e-6
-            with pytest.raises(ValueError, match="is no rotation and translation"):
-                at(bent)
-        mirrored = axes.copy()
-        mirrored[row] *= -1.0
-        with pytest.raises(ValueError, match="is no rotation and translation"):
-            at(mirrored)
-    with pytest.raises(ValueError, match="is no rotation and translation"):
-        at(axes * 1.1)
+            with_standing_arm(ONE, other, AT_BASE._replace(prefix=""), (0.0,), (0.0,))
