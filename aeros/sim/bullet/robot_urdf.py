@@ -20,7 +20,7 @@ from aeros.sim.bullet.body_factory import load_model
 from aeros.sim.bullet.client import DATA, bullet
 from aeros.sim.robot.model import LinkMass, RobotModel, StandingArm, StockUrdf, TwoFingers
 from aeros.sim.robot.robot import CARRIAGE_EDGES, RobotOptions
-from aeros.sim.robot.standing_arm import fixed_in_posture
+from aeros.sim.robot.standing_arms.standing_arm import fixed_in_posture
 from aeros.spec.text.files import read_source
 
 _HAND_FOLDER: Final = "franka_panda"

@@ -27,7 +27,7 @@ from aeros.sim.mujoco.plans import (
 from aeros.sim.pictures.urdf_model import roll_pitch_yaw
 from aeros.sim.robot.model import HandMount, LinkMass, RobotModel, StandingArm, TwoFingers
 from aeros.sim.robot.robot import CARRIAGE_EDGES, RobotOptions
-from aeros.sim.robot.standing_arm import fixed_in_posture
+from aeros.sim.robot.standing_arms.standing_arm import fixed_in_posture
 
 FINGERS: Final = ("left_finger", "right_finger")
 CARRIAGE_JOINTS: Final = ("carriage_x", "carriage_y")

@@ -39,7 +39,8 @@ from aeros.sim.robot.model import (
     StockUrdf,
     links_of,
 )
-from aeros.sim.robot.standing_arm_file import StandingArmReader
+from aeros.sim.robot.standing_arms.standing_arm import find_overlap, joints_outside, with_postures
+from aeros.sim.robot.standing_arms.standing_arm_file import StandingArmReader
 from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared.decode import decode
 from aeros.spec.declared.robots import robot as declared
@@ -139,7 +140,7 @@ def robot_of(site: Site) -> RobotModel:
     name = site.robot or REFERENCE_ROBOT
     if name.endswith((".yaml", ".yml")):
         name = str(Path(site.span.source.path).parent / name)
-    robot = read_robot(name)
+    robot = _posed(site, read_robot(name))
     excesses = [] if site.robot is None or site.motion is None else list(_excesses(site.motion, robot))
     cure = (
         f"keep `motion` of the site inside the limits of `{robot.name}`, its levers no shorter than its "
@@ -148,16 +149,59 @@ def robot_of(site: Site) -> RobotModel:
     faults = [(one, cure) for one in excesses]
     if site.robot is not None:
         faults += _misfits(site, robot)
-    if faults:
-        line = re.search(r"^robot:[^\n]*", site.span.source.text, re.MULTILINE)
-        start, end = (0, 0) if line is None else line.span()
-        named = SpanLabel(site.span.source.span(start, end))
-        raise UserError([Diagnostic("AE208", text, named, help=(cure,)) for text, cure in faults])
+    _raise_faults(site, "robot", faults)
     return robot
 
 
+def _raise_faults(site: Site, field: str, faults: Sequence[tuple[str, str]]) -> None:
+    """Raise the faults of a field of a site, each a sentence and a cure, if there is one.
+
+    Raises:
+        UserError: there is one.
+    """
+    if faults:
+        line = re.search(rf"^{field}:[^\n]*", site.span.source.text, re.MULTILINE)
+        start, end = (0, 0) if line is None else line.span()
+        named = SpanLabel(site.span.source.span(start, end))
+        raise UserError([Diagnostic("AE208", text, named, help=(cure,)) for text, cure in faults])
+
+
+def _posed(site: Site, robot: RobotModel) -> RobotModel:
+    """Let the standing arms of a robot stand where a site says.
+
+    Raises:
+        UserError: there is no such arm, or it cannot stand there.
+    """
+    if not site.standing_postures:
+        return robot
+    arms, faults = {arm.mount.prefix: arm.model for arm in robot.standing_arms}, []
+    postures = tuple((name, tuple(map(float, one))) for name, one in site.standing_postures.items())
+    for prefix, posture in postures:
+        arm = arms.get(prefix)
+        if arm is None:
+            known = ", ".join(f"`{name}`" for name in arms) or "none"
+            headline = f"the robot `{robot.name}` has no standing arm `{prefix}`"
+            faults.append((headline, f"name one of its arms: {known}"))
+        elif len(posture) != arm.joint_count:
+            headline = f"the posture of `{prefix}` has {len(posture)} values; it has {arm.joint_count} joints"
+            faults.append((headline, "give one value for each joint, from the base outwards"))
+        else:
+            outside = joints_outside(arm, posture)
+            faults += [(text, "correct the posture; angles are rad") for _, text in outside]
+    _raise_faults(site, "standing_postures", faults)
+    posed = with_postures(robot, postures)
+    overlap = find_overlap(posed)
+    if overlap is not None:
+        headline = "`{1}` overlaps `{0}` in the ready posture".format(*overlap)
+        _raise_faults(site, "standing_postures", [(headline, "let the arm stand elsewhere")])
+    return posed
+
+
 def _misfits(site: Site, robot: RobotModel) -> Iterator[tuple[str, str]]:
-    """Yield links and a gripper of a site that its robot does not have, each as a sentence and a cure."""
+    """Yield links and a gripper of a site that its robot does not have, each as a sentence and a cure.
+
+    A barrier that names links and none of a standing arm is one whose author may not have thought of it.
+    """
     links = [*(one.link for one in robot.body.hulls), _HELD]
     for barrier in () if site.motion is None else site.motion.barriers:
         unknown = sorted((barrier.links or frozenset()).difference(links))
@@ -165,6 +209,13 @@ def _misfits(site: Site, robot: RobotModel) -> Iterator[tuple[str, str]]:
             names, known = (", ".join(f"`{name}`" for name in some) for some in (unknown, links))
             headline = f"the barrier `{barrier.id}` names {names}; the robot has no such link"
             yield headline, f"write `links` of {known}"
+        for arm in robot.standing_arms if (barrier.links or frozenset()) - {_HELD} else ():
+            prefix = arm.mount.prefix
+            of_arm = [f"{prefix}{hull.link}" for hull in arm.model.body.hulls]
+            if barrier.links is not None and not barrier.links & {*of_arm}:
+                listed = ", ".join(f"`{name}`" for name in of_arm)
+                headline = f"the barrier `{barrier.id}` names no link of the standing arm `{prefix}`"
+                yield headline, f"add those to its `links` that it holds for, at least one of {listed}"
     gap, widest = site.state.get("finger_gap"), robot.hand.widest_gap
     if gap is not None and gap.range is not None and float(gap.range[1]) < widest * (1.0 - _ROUNDING):
         headline = (

@@ -10,7 +10,7 @@ from aeros.runtime.ports import JointVector
 from aeros.sim.robot.columns import POSITION, read_column
 from aeros.sim.robot.gripper import point_of
 from aeros.sim.robot.model import ArmMount, RobotModel, StandingArm
-from aeros.sim.robot.standing_arm import find_overlap, with_standing_arms
+from aeros.sim.robot.standing_arms.standing_arm import find_overlap, joints_outside, with_standing_arms
 from aeros.spec.declared.robots import robot as declared
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.diagnostics.source import SourceSpan
@@ -132,7 +132,6 @@ class StandingArmReader:
     ) -> tuple[JointVector | None, JointVector | None]:
         """Read posture and tolerance of an arm; None for what has a problem."""
         slides = [bool(each) for each in model.slides.tolist()]
-        limits = model.limits
         posture, tolerance = (
             values if len(values) == model.joint_count else None
             for column in (one.posture, one.tolerance)
@@ -140,17 +139,9 @@ class StandingArmReader:
                 tuple(read_column(column, POSITION, slides, self._diagnostics, signed=True).tolist())
             ]
         )
-        for joint, value in enumerate(posture or ()):
-            low, high = float(limits.lowest[joint]), float(limits.highest[joint])
-            if not low <= value <= high:
-                unit = "m" if slides[joint] else "rad"
-                self._report(
-                    f"joint {joint + 1} of `{model.name}` stands at {value:.4g} {unit}, outside of its "
-                    f"limits, {low:.4g} to {high:.4g}",
-                    one.posture.values[joint].span,
-                    "correct the posture or its unit",
-                )
-                posture = None
+        for joint, headline in () if posture is None else joints_outside(model, posture):
+            self._report(headline, one.posture.values[joint].span, "correct the posture or its unit")
+            posture = None
         for number, room in zip(one.tolerance.values, tolerance or (), strict=False):
             if room < 0.0:
                 self._report(f"`{number.node.text}` is below 0", number.span, "write 0 or more")

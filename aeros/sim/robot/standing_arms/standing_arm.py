@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import chain, islice, product
 from math import dist, isfinite
 from typing import Final
@@ -26,6 +27,7 @@ from aeros.kinematic_chain import (
     frames_of,
     is_prismatic,
     mounting_of,
+    position_unit,
     zero_angle,
 )
 from aeros.runtime.ports import Ball, Hull, JointVector, RobotBody, Vec3
@@ -101,6 +103,50 @@ def with_standing_arm(
     return replace(body, balls=(*body.balls, *balls), hulls=(*body.hulls, *hulls))
 
 
+@lru_cache(maxsize=16)
+def with_postures(model: RobotModel, postures: tuple[tuple[str, JointVector], ...]) -> RobotModel:
+    """Let standing arms stand elsewhere.
+
+    Args:
+        model: the robot.
+        postures: prefix of an arm, and position of each of its joints, rad or m.
+
+    Returns:
+        The robot; equal arguments give the same one.
+    """
+    new = dict(postures)
+    count = len(_own_hulls(model))
+    names = {hull.link for hull in model.body.hulls[:count]}
+    body = replace(
+        model.body,
+        balls=tuple(ball for ball in model.body.balls if ball.link in names),
+        hulls=model.body.hulls[:count],
+    )
+    capsules = tuple(one for one in model.capsules if one.link in names)
+    arms = [replace(arm, posture=new.get(arm.mount.prefix, arm.posture)) for arm in model.standing_arms]
+    return with_standing_arms(replace(model, body=body, capsules=capsules, standing_arms=()), arms)
+
+
+def joints_outside(model: RobotModel, posture: JointVector) -> Iterator[tuple[int, str]]:
+    """Find the joints of a posture that are outside of an arm's limits.
+
+    Args:
+        model: the arm.
+        posture: position of each of its joints (n,), rad or m.
+
+    Yields:
+        The joint, counted from 0, and a sentence about it.
+    """
+    limits = zip(posture, model.limits.lowest.tolist(), model.limits.highest.tolist(), strict=True)
+    for joint, (value, low, high) in enumerate(limits):
+        if not low <= value <= high:
+            yield (
+                joint,
+                f"joint {joint + 1} of `{model.name}` stands at {value:.4g} "
+                f"{position_unit(model.body.dh_rows[joint])}, outside of its limits, {low:.4g} to {high:.4g}",
+            )
+
+
 def fixed_in_posture(arm: StandingArm) -> RobotModel:
     """Move the posture of a standing arm into its chain.
 
@@ -133,11 +179,16 @@ def find_overlap(model: RobotModel) -> tuple[str, str] | None:
     return None
 
 
+def _own_hulls(model: RobotModel) -> tuple[Hull, ...]:
+    """Return the hulls of the arm that moves; those of standing arms come after them."""
+    count = len(model.body.hulls) - sum(len(arm.model.body.hulls) for arm in model.standing_arms)
+    return model.body.hulls[:count]
+
+
 def _pairs_of_standing(model: RobotModel) -> Iterator[tuple[Hull, Hull]]:
     """Yield the hulls to compare, that of a standing arm last."""
-    count = len(model.body.hulls) - sum(len(arm.model.body.hulls) for arm in model.standing_arms)
-    own, standing = model.body.hulls[:count], iter(model.body.hulls[count:])
-    others = [own]
+    own = _own_hulls(model)
+    standing, others = iter(model.body.hulls[len(own) :]), [own]
     for arm in model.standing_arms:
         hulls = tuple(islice(standing, len(arm.model.body.hulls)))
         for one, other in product(chain.from_iterable(others), hulls):

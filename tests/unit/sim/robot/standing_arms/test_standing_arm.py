@@ -15,7 +15,7 @@ from aeros.runtime.motion.link_distance import find_link_contact, search_separat
 from aeros.runtime.motion.swept_volume import BarrierBox, Enclosure, SweptMotion, find_breach
 from aeros.runtime.ports import Ball, Hull, JointVector, RobotBody, Vec3
 from aeros.sim.robot.model import ArmMount
-from aeros.sim.robot.standing_arm import with_standing_arm
+from aeros.sim.robot.standing_arms.standing_arm import with_standing_arm
 from tests.unit.sim.robot.panda import PANDA_BODY, Q_MAX, Q_MIN, READY_POSTURE
 
 BESIDE = ArmMount("left_", (0.0, 0.45, 0.0))
