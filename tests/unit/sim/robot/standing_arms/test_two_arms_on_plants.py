@@ -11,6 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from aeros.cli.main import main
 from aeros.kinematic_chain import JointFrame, frames_of
 from aeros.runtime.execution.detour_search import DetourSearch
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
@@ -27,7 +28,11 @@ from tests.shipped_scenes import shipped_scene
 from tests.unit.runtime.one_step import FakeGate
 from tests.unit.runtime.perception.kettle import site
 from tests.unit.sim.acting import allow, execute
-from tests.unit.sim.robot.standing_arms.two_armed_robots import two_pandas, write_two_arms
+from tests.unit.sim.robot.standing_arms.two_armed_robots import (
+    two_pandas,
+    write_two_armed_site,
+    write_two_arms,
+)
 
 Vector = np.ndarray[Any, Any]
 
@@ -228,3 +233,14 @@ def test_a_motion_into_the_other_arm_is_denied_by_name_and_a_way_leads_round_it(
         )
         assert denied.kind is DecisionKind.DENY
         assert search.find(Caller("handling", "lift", {}), denied, into) is None
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("plant", ["mujoco", pytest.param("physics", marks=pytest.mark.physics)])
+def test_an_object_is_fetched_beside_the_standing_arm(
+    plant: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cell = str(write_two_armed_site(tmp_path))
+    places = ["--out", str(tmp_path / "run"), "--state", str(tmp_path / "state")]
+    assert main(["run", "fetch the object", "--plant", plant, "--site", cell, "--unsigned", *places]) == 0
+    assert "goal reached: believed true, true in the simulator" in capsys.readouterr().out
