@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf, nan, pi
+from math import dist, inf, nan, pi
 from random import Random
 
 import numpy as np
 import pytest
 
-from aeros.kinematic_chain import frames_of, mounting_of
+from aeros.kinematic_chain import PRISMATIC, frames_of, mounting_of
 from aeros.runtime.motion.bezier import Piece
 from aeros.runtime.motion.link_distance import find_link_contact, search_separation
 from aeros.runtime.motion.swept_volume import BarrierBox, Enclosure, SweptMotion, find_breach
 from aeros.runtime.ports import Ball, Hull, JointVector, RobotBody, Vec3
+from aeros.sim.geometry import Pose, to_world
+from aeros.sim.pictures.urdf_model import roll_pitch_yaw
 from aeros.sim.robot.model import ArmMount
 from aeros.sim.robot.standing_arms.standing_arm import with_standing_arm
 from tests.unit.sim.robot.panda import PANDA_BODY, Q_MAX, Q_MIN, READY_POSTURE
@@ -110,6 +112,45 @@ def test_the_tolerance_of_the_standing_arm_enlarges_it_by_as_much_as_it_may_move
     assert ball.centre == pytest.approx((0.0, 0.5, 0.2))
     assert both.hulls[1].radius == pytest.approx(0.15)
     assert both.dh_rows == ONE.dh_rows
+
+
+MIXED = RobotBody(
+    ((0.0, 0.0, 0.2), (0.0, 1.2, 0.1, 0.3, PRISMATIC), (0.3, -0.7, 0.1), (0.2, 0.9, 0.0)),
+    (0.1, 0.0, 0.2),
+    (Ball("tip", 4, (0.3, 0.1, 0.2), 0.05), Ball("middle", 2, (0.1, 0.2, 0.0), 0.05)),
+    (Hull("tip", 4, ((0.3, 0.1, 0.2), (0.0, 0.4, 0.0)), 0.02), Hull("middle", 2, ((0.1, 0.2, 0.0),), 0.02)),
+)
+"""An arm with a prismatic joint, of points."""
+
+
+def test_no_joint_within_its_tolerance_takes_a_point_out_of_its_enclosure() -> None:
+    chance, tolerance = Random(2), (0.05, 0.02, 0.0, 0.04)  # noqa: S311 - nothing here is secret
+    mount = ArmMount("left_", (0.3, -0.2, 0.1), (0.4, -0.9, 2.0))
+    mountings, places = [mounting_of(row) for row in MIXED.dh_rows], mount.frame
+    nearest = inf
+    for _ in range(20):
+        posture = tuple(chance.uniform(-1.0, 1.0) for _ in range(4))
+        both = with_standing_arm(ONE, MIXED, mount, posture, tolerance)
+        for _ in range(50):
+            # The ends of the ranges, too.
+            off = [chance.choice((-room, room, chance.uniform(-room, room))) for room in tolerance]
+            frames = frames_of(mountings, [q + d for q, d in zip(posture, off, strict=True)])
+            for hull, carried in zip(MIXED.hulls, both.hulls[1:], strict=True):
+                for corner, centre in zip(hull.corners, carried.corners, strict=True):
+                    moved = dist(places.to_base(frames[hull.joint].to_base(corner)), centre)
+                    assert moved <= carried.radius - hull.radius + 1e-12
+                    nearest = min(nearest, carried.radius - hull.radius - moved)
+    assert nearest < 0.01
+    still = with_standing_arm(ONE, MIXED, mount, (0.0,) * 4, (0.0,) * 4)
+    assert [hull.radius for hull in still.hulls[1:]] == [0.02, 0.02]
+
+
+def test_the_place_of_an_arm_is_that_of_urdf() -> None:
+    angles = (0.4, -0.9, 2.0)
+    frame = ArmMount("left_", (1.0, 2.0, 3.0), angles).frame
+    pose = Pose((1.0, 2.0, 3.0), roll_pitch_yaw(*angles))
+    for point in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.2, -0.5, 1.0)):
+        assert frame.to_base(point) == pytest.approx(to_world(pose, point))
 
 
 def test_a_barrier_is_kept_off_by_the_standing_arm_too() -> None:

@@ -22,7 +22,7 @@ from tests.unit.sim.robot.standing_arms.two_armed_robots import (
     write_two_arms,
 )
 
-TEXT = SECTION.read_text(encoding="utf-8")
+TEXT = f"standing_arms:{SECTION}"
 POSTURE = "[0.0, -1.2, 0.0, -2.7, 0.0, 1.5, 0.785]"
 TOLERANCE = "[5, 5, 5, 5, 5, 5, 5]"
 ARM = TEXT.removeprefix("standing_arms:\n")
@@ -85,7 +85,7 @@ def test_links_of_a_standing_arm_are_where_its_posture_has_them() -> None:
         ),
         (changed("    at:", "    joint: 8\n    at:"), "no 8 joints carry the arm: the moving arm has 7", "8"),
         (changed("    at:", "    joint: -1\n    at:"), "no -1 joints carry the arm", "-1"),
-        (changed("    at:", "    roll_pitch_yaw: [0, 0, 90]\n    at:"), "`90` is beyond 6.2832 rad", "90"),
+        (changed("yaw: [0.0, 0.0, 0.0]", "yaw: [0, 0, 90]"), "`90` is beyond 6.2832 rad", "90"),
         (changed("prefix: left_", 'prefix: ""'), "`prefix`: `` is not a well-formed identifier", '""'),
         (TEXT + ARM, "both arms have a link `left_fingers`; choose another prefix", "left_"),
         (

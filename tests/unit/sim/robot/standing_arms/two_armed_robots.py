@@ -12,9 +12,12 @@ from typing import Final
 import aeros
 from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot_file import read_robot
+from tests.repo.tree import ROOT
 
 SHIPPED: Final = Path(aeros.__file__).parent
-SECTION: Final = Path(__file__).with_name("standing_arms.yaml")
+PAGE: Final = ROOT / "docs" / "how-to" / "bring-your-robot.md"
+SECTION: Final = PAGE.read_text(encoding="utf-8").split("```yaml\nstanding_arms:", 1)[1].split("```", 1)[0]
+"""What follows `standing_arms:` in the page's example."""
 
 
 def write_two_arms(folder: Path, section: str | None = None, name: str = "two_pandas") -> Path:
@@ -22,7 +25,7 @@ def write_two_arms(folder: Path, section: str | None = None, name: str = "two_pa
 
     Args:
         folder: folder of the files.
-        section: section `standing_arms` of the file; that of `SECTION` if None.
+        section: section `standing_arms` of the file; that of the page if None.
         name: id of the robot.
 
     Returns:
@@ -30,7 +33,7 @@ def write_two_arms(folder: Path, section: str | None = None, name: str = "two_pa
     """
     shutil.copy(SHIPPED / "robots" / "panda_hulls.json", folder)
     text = (SHIPPED / "robots" / "panda.yaml").read_text(encoding="utf-8")
-    arms = SECTION.read_text(encoding="utf-8") if section is None else section
+    arms = f"standing_arms:{SECTION}" if section is None else section
     path = folder / f"{name}.yaml"
     path.write_text(text.replace("id: panda\n", f"id: {name}\n") + "\n" + arms, encoding="utf-8")
     return path
