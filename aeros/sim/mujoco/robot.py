@@ -77,10 +77,8 @@ class MujocoRobot(PhysicalRobot):
         }
         for first, second in combinations(number, 2):
             apart = meeting.get(frozenset(map(hull_of_link, (first, second))), 0)
-            if apart == 0:
-                self._world.bodies.exclude(self.body, number[first], number[second])
-            elif apart == 1:
-                self._world.bodies.let_touch(self.body, number[first], number[second])
+            if apart <= 1:
+                self._world.bodies.set_contact(self.body, number[first], number[second], touch=apart == 1)
 
     def _place_joints(self, start: Sequence[float]) -> None:
         """Set the positions of all joints; the only place that does so."""

@@ -284,17 +284,19 @@ class StandingArm:
 
     span: SourceSpan
     prefix: Identifier = field(
-        metadata={
-            "doc": "prefix of its links' names, as in `prefix: left_`, which has `left_link1` and so on"
-        }
+        metadata={"doc": "prefix of its links' names, `left_link1` and so on, as in `prefix: left_`"}
     )
     robot: TextField = field(
         metadata={
             "doc": "the arm: a path relative to this file, or the name of a robot that comes with AEROS or "
-            "an installed distribution"
+            "an installed distribution, as in `robot: panda`"
         }
     )
-    at: Point = field(metadata={"doc": "position of its base in the frame of what carries it, m"})
+    at: Point = field(
+        metadata={
+            "doc": "position of its base in the frame of what carries it, m, as in `at: [0.0, 0.5, 0.0]`"
+        }
+    )
     posture: Column = field(metadata={"doc": "positions of its joints"})
     tolerance: Column = field(
         metadata={
@@ -305,13 +307,15 @@ class StandingArm:
     roll_pitch_yaw: Point | None = field(
         default=None,
         metadata={
-            "doc": "orientation of its base there, about fixed axes as in URDF, rad; 0 if it is left out"
+            "doc": "orientation of its base there, about fixed axes, rad, as in `roll_pitch_yaw: [0, 0, 1.57]`; 0 if it "
+            "is left out"
         },
     )
     joint: IntegerField | None = field(
         default=None,
         metadata={
-            "doc": "number of this arm's joints that carry it; 0, or left out, if both stand on one base"
+            "doc": "number of joints of the arm that moves which carry it; 0, or left out, if both arms stand on one "
+            "base"
         },
     )
 
