@@ -307,15 +307,15 @@ class StandingArm:
     roll_pitch_yaw: Point | None = field(
         default=None,
         metadata={
-            "doc": "orientation of its base there, about fixed axes, rad, as in `roll_pitch_yaw: [0, 0, 1.57]`; "
-            "0 if it is left out"
+            "doc": "orientation of its base there, about fixed axes, rad, as in "
+            "`roll_pitch_yaw: [0, 0, 1.57]`; 0 if it is left out"
         },
     )
     joint: IntegerField | None = field(
         default=None,
         metadata={
-            "doc": "number of the moving arm's joints that carry it, as in `joint: 1`; 0, or left out, if both "
-            "stand on one base"
+            "doc": "number of the moving arm's joints that carry it, as in `joint: 1`; 0, or left out, if "
+            "both stand on one base"
         },
     )
 
