@@ -91,6 +91,7 @@ def load_robot_body(options: RobotOptions, client: int) -> LoadedRobot:
         for one in model.standing_arms:
             parent = carriers[joints[one.mount.joint - 1]] if one.mount.joint else base
             root.extend([*_standing(one, parent, _STANDING, str(scratch))])
+        ElementTree.indent(root)  # PyBullet breaks lines of more than 8191 characters, in words, too
         text = ElementTree.tostring(root, encoding="unicode")
         path = os.path.join(scratch, "robot.urdf")
         with open(path, "w", encoding="utf-8") as edited:

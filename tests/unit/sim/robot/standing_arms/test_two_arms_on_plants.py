@@ -13,6 +13,7 @@ import pytest
 
 from aeros.cli.main import main
 from aeros.kinematic_chain import JointFrame, frames_of
+from aeros.runtime.bus.robot_description import robot_description
 from aeros.runtime.execution.detour_search import DetourSearch
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.port import Gate
@@ -36,6 +37,7 @@ from tests.unit.sim.robot.standing_arms.two_armed_robots import (
 
 Vector = np.ndarray[Any, Any]
 
+SCARA = Path(__file__).parents[1] / "scara" / "scara.yaml"
 TOLERANCE = "tolerance: {unit: mrad, values: [5, 5, 5, 5, 5, 5, 5]}"
 ON_THE_FIRST_LINK = f"""standing_arms:
   - prefix: left_
@@ -53,6 +55,22 @@ IN_FRONT = f"""standing_arms:
     posture: {{unit: rad, values: [0.0, 0.0, 0.0, -0.4, 0.0, 1.5, 0.785]}}
     {TOLERANCE}
 """
+
+
+OF_OTHER_MAKERS = f"""standing_arms:
+  - prefix: pick_
+    robot: {SCARA}
+    at: [-0.3, 0.6, 0.0]
+    roll_pitch_yaw: [0.0, 0.0, 1.5]
+    posture: {{unit: rad, prismatic_unit: mm, values: [0.9, -2.0, 124, 1.0]}}
+    tolerance: {{unit: mrad, prismatic_unit: mm, values: [1, 1, 1, 1]}}
+  - prefix: iiwa_
+    robot: kuka_iiwa14
+    at: [0.0, -0.7, 0.0]
+    posture: {{unit: deg, values: [0, 0, 0, -90, 0, 90, 0]}}
+    {TOLERANCE}
+"""
+"""Arms with four and seven joints, one of them prismatic, and two kinds of grippers."""
 
 
 @pytest.fixture
@@ -94,6 +112,20 @@ def test_links_are_where_mujoco_has_them(carried: RobotModel) -> None:
             for link, origin in frames_in_base(carried, q):
                 pose = world.link_pose(robot.body, numbers[link])
                 assert pose.position == pytest.approx(origin, abs=1e-9), link
+
+
+@pytest.mark.physics
+def test_several_arms_of_other_makers_stand_on_both_engines(tmp_path: Path) -> None:
+    from aeros.sim.bullet.robot_urdf import load_robot_body
+    from aeros.sim.bullet.world import PhysicsWorld
+    from aeros.sim.mujoco.robot_plan import hull_of_link, plan_robot
+
+    robot = read_robot(str(write_two_arms(tmp_path, OF_OTHER_MAKERS)))
+    names = {hull.link for hull in robot.body.hulls}
+    assert len(names) == 27
+    assert {hull_of_link(one.name) for one in plan_robot(RobotOptions(robot))} == names
+    with closing(PhysicsWorld()) as world:
+        assert load_robot_body(RobotOptions(robot), world.client).links.keys() == names
 
 
 @pytest.mark.physics
@@ -244,3 +276,12 @@ def test_an_object_is_fetched_beside_the_standing_arm(
     places = ["--out", str(tmp_path / "run"), "--state", str(tmp_path / "state")]
     assert main(["run", "fetch the object", "--plant", plant, "--site", cell, "--unsigned", *places]) == 0
     assert "goal reached: believed true, true in the simulator" in capsys.readouterr().out
+
+
+def test_the_description_of_the_robot_has_the_standing_arm() -> None:
+    body = two_pandas().body
+    joints = [f"joint{number}" for number in range(1, 8)]
+    whole = robot_description("two", body, joints)
+    alone = robot_description("one", reference_robot().body, joints)
+    assert whole.count("<sphere") == len(body.balls)
+    assert alone.count("<sphere") == len(reference_robot().body.balls) < len(body.balls)
