@@ -15,15 +15,23 @@ from aeros.cli.main import main
 from aeros.kinematic_chain import JointFrame, frames_of
 from aeros.runtime.bus.robot_description import robot_description
 from aeros.runtime.execution.detour_search import DetourSearch
+from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.motion.trajectory import MotionDecider
+from aeros.runtime.perception.obstacle_map import ObstacleMap
+from aeros.runtime.perception.posture_log import PostureLog
+from aeros.runtime.ports import Reading
 from aeros.sim.clock import TICK
+from aeros.sim.geometry import Camera
 from aeros.sim.kinematic.plant import make_plant
+from aeros.sim.pictures.late_picture import LatePicture
+from aeros.sim.pictures.scene_solids import robot_solids
 from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import RobotOptions
 from aeros.sim.robot.robot_file import read_robot, reference_robot
 from aeros.sim.robot.self_contact import find_self_contact
+from aeros.sim.robot.standing_arms.standing_arm import with_postures
 from aeros.skill import act
 from tests.shipped_scenes import shipped_scene
 from tests.unit.runtime.one_step import FakeGate
@@ -285,3 +293,22 @@ def test_the_description_of_the_robot_has_the_standing_arm() -> None:
     alone = robot_description("one", reference_robot().body, joints)
     assert whole.count("<sphere") == len(body.balls)
     assert alone.count("<sphere") == len(reference_robot().body.balls) < len(body.balls)
+
+
+def test_a_standing_arm_over_the_bench_is_seen_and_is_no_obstacle() -> None:
+    robot = with_postures(two_pandas(), (("left_", (-0.5, 0.3, 0.0, -1.7, 0.0, 2.0, 0.785)),))
+    ready = tuple(robot.postures.ready.tolist())
+    camera = Camera((0.6, 0.0, 2.2), (0.6, 0.0, 0.0), (1.0, 0.0, 0.0), 50.0, 160, 120)
+    picture = LatePicture("overhead", 1.0, camera, [*robot_solids(robot, ready, (0.0, 0.0, 0.0))]).picture()
+    motion, found = site().motion, {}
+    assert motion is not None
+    for name, body in (("both", robot.body), ("one", reference_robot().body)):
+        postures = PostureLog()
+        postures.note(motion, 1.0, {"joint_position": ready, "base_position": (0.0, 0.0, 0.0)})
+        obstacles = ObstacleMap(postures)
+        pictures = {"overhead": picture}
+        readings = {"holding": Reading(False, 0.0)}
+        obstacles.look(Configuration(site(), {}, {}, "c" * 64), pictures, readings, body)
+        found[name] = [one.name for one in obstacles.obstacles()]
+    assert found["both"] == []
+    assert found["one"]
