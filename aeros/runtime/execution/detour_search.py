@@ -1,8 +1,11 @@
-"""Search for a way round obstacles, on the state in which a straight motion of tool or base was denied."""
+"""Search for a way round obstacles, on the state in which a straight motion of tool or base was denied.
+
+A link that no joint moves, as those of a standing arm, is an obstacle, too; the tool's ways lead round it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
@@ -15,10 +18,21 @@ from aeros.runtime.motion.base_contact import (
 )
 from aeros.runtime.motion.detour import Check, find_base_detour, find_detour
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
-from aeros.runtime.motion.obstacle_contact import as_barrier, ends_at_obstacle
-from aeros.runtime.motion.swept_volume import MergedMotion, RemainingMotion
-from aeros.runtime.motion.trajectory import OBSTRUCTED, MotionDecider, held_object
-from aeros.runtime.ports import Plant, Reading, Readings, Trajectory, Vec3, known_obstacles, plan_sequence
+from aeros.runtime.motion.link_distance import find_link_contact
+from aeros.runtime.motion.obstacle_contact import as_barrier, ends_at_obstacle, resting_at_end
+from aeros.runtime.motion.swept_volume import BarrierBox, MergedMotion, RemainingMotion
+from aeros.runtime.motion.trajectory import HELD, LINKS_MEET, OBSTRUCTED, MotionDecider, held_object
+from aeros.runtime.ports import (
+    Hull,
+    Plant,
+    Reading,
+    Readings,
+    RobotBody,
+    Trajectory,
+    Vec3,
+    known_obstacles,
+    plan_sequence,
+)
 from aeros.skill import Action
 from aeros.spec.model.motion import MotionPolicy
 
@@ -80,7 +94,7 @@ class DetourSearch:
             The way; None if obstacles are not the only reason, or none was found.
         """
         motion = self._motion
-        is_obstructed = all(reason.code == OBSTRUCTED for reason in denied.reasons)
+        is_obstructed = all(reason.code in (OBSTRUCTED, LINKS_MEET) for reason in denied.reasons)
         if motion is None or not denied.reasons or not is_obstructed:
             return None
         asked = self._decide(caller, self._readings, action).action
@@ -101,9 +115,17 @@ class DetourSearch:
         def failing_leg(places: Sequence[Vec3]) -> int | None:
             return self._failing_leg(motion, caller, [leg(place) for place in places])
 
+        pairs = {reason.rule for reason in denied.reasons if reason.code == LINKS_MEET}
+        standing = _met_while_standing(direct.body, pairs)
+        if pairs and not standing:
+            return None
         if isinstance(names, str):
             target = asked.parameters[names]
-            targets = self._find_for_tool(motion, direct, target, is_allowed, failing_leg)
+            boxes = [*map(as_barrier, known_obstacles(self._plant))]
+            boxes += _boxes_of(standing, direct)
+            targets = self._find_for_tool(motion, direct, target, boxes, is_allowed, failing_leg)
+        elif pairs:
+            return None
         else:
             targets = self._find_for_base(motion, direct, is_allowed, failing_leg)
         return None if targets is None else Detour(targets, [*map(leg, targets[:-1]), action])
@@ -131,16 +153,18 @@ class DetourSearch:
         motion: MotionPolicy,
         direct: Trajectory,
         target: Vec3,
+        boxes: Sequence[BarrierBox],
         is_allowed: Callable[[Vec3], bool],
         check: Check,
     ) -> list[Vec3] | None:
-        """Return the way of the tool over and beside obstacles; the base stands."""
-        obstacles = known_obstacles(self._plant)
+        """Return the way of the tool over and beside obstacles and standing links; the base stands."""
         held = held_object(motion, direct.body, self._readings)
         moving = MergedMotion(RemainingMotion(direct), RemainingMotion(direct)).swept_motion(held)
-        if ends_at_obstacle(moving, obstacles, float(motion.clearance)):
+        if ends_at_obstacle(moving, known_obstacles(self._plant), float(motion.clearance)):
             return None
-        boxes = [*map(as_barrier, obstacles)]
+        room = motion.link_clearance
+        if room is not None and find_link_contact(resting_at_end(moving), float(room)) is not None:
+            return None
         return find_detour(_tool_at_start(direct), target, direct.base, boxes, is_allowed, check)
 
     def _decide(self, caller: Caller, readings: Readings, action: Action) -> Decision:
@@ -161,6 +185,49 @@ class DetourSearch:
             if self._motions.decide(decided, plan, readings, (), obstacles).kind is not DecisionKind.ALLOW:
                 return number
         return None
+
+
+def _met_while_standing(body: RobotBody, pairs: Collection[str]) -> list[Hull]:
+    """Return the hulls that no joint moves and that touch, directly or not, one of those of the pairs.
+
+    Empty if one of the pairs has none.
+    """
+    standing = [hull for hull in body.hulls if hull.joint == 0]
+    others = [hull.link for hull in body.hulls if hull.joint] + [HELD]
+    met = {
+        pair: [one for one in standing for other in others if pair == f"{one.link}-{other}"] for pair in pairs
+    }
+    if not all(met.values()):
+        return []
+    found = [one for hulls in met.values() for one in hulls]
+    for one in found:  # it grows
+        found += [each for each in standing if each not in found and _overlap(_box_of(one), _box_of(each))]
+    return found
+
+
+def _boxes_of(hulls: Sequence[Hull], plan: Trajectory) -> list[BarrierBox]:
+    """Return the box around hulls that stand on the base of a plan, in W; none without hulls."""
+    if not hulls:
+        return []
+    lowest, highest = zip(*map(_box_of, hulls), strict=True)
+    lower, upper = (
+        tuple(choose(axis) + b for axis, b in zip(zip(*ends, strict=True), plan.base, strict=True))
+        for choose, ends in ((min, lowest), (max, highest))
+    )
+    return [BarrierBox("standing links", lower, upper, False, False, None)]
+
+
+def _box_of(hull: Hull) -> tuple[Vec3, Vec3]:
+    """Return the lowest and the highest corner of the box around a hull, in its frame."""
+    columns = [*zip(*hull.corners, strict=True)]
+    (ax, ay, az), (bx, by, bz) = map(min, columns), map(max, columns)
+    r = hull.radius
+    return (ax - r, ay - r, az - r), (bx + r, by + r, bz + r)
+
+
+def _overlap(one: tuple[Vec3, Vec3], other: tuple[Vec3, Vec3]) -> bool:
+    axes = zip(*one, *other, strict=True)
+    return all(low <= other_high and other_low <= high for low, high, other_low, other_high in axes)
 
 
 def _tool_at_start(plan: Trajectory) -> Vec3:

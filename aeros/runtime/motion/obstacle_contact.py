@@ -46,10 +46,21 @@ def ends_at_obstacle(moving: SweptMotion, obstacles: Sequence[Obstacle], clearan
     Returns:
         True if the robot may come near an obstacle in its last position.
     """
+    return _find_contact(resting_at_end(moving), moving, obstacles, clearance) is not None
+
+
+def resting_at_end(moving: SweptMotion) -> SweptMotion:
+    """Return a motion that stays where another one ends.
+
+    Args:
+        moving: the other motion.
+
+    Returns:
+        The motion, of joints and base.
+    """
     end = moving.paths[0][-1][3]
     x, y, z = (a + b for a, b in zip(moving.base, moving.base_path, strict=True))
-    resting = moving._replace(paths=([(end, end, end, end)],), base=(x, y, z), base_path=(0.0, 0.0, 0.0))
-    return _find_contact(resting, moving, obstacles, clearance) is not None
+    return moving._replace(paths=([(end, end, end, end)],), base=(x, y, z), base_path=(0.0, 0.0, 0.0))
 
 
 def _find_contact(

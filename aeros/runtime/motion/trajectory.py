@@ -74,6 +74,9 @@ from aeros.spec.model.motion import Barrier, MotionPolicy
 _RATES = ("speed", "acceleration", "jerk")
 
 
+LINKS_MEET: Final = "AE765"
+"""Code of a link that may come too near to another link."""
+
 OBSTRUCTED: Final = "AE766"
 """Code of the reason that something which a picture shows is in the way."""
 
@@ -411,7 +414,7 @@ def _link_contacts(policy: MotionPolicy, moving: SweptMotion) -> list[Reason]:
         f"`{contact.outer}` may come within {_mm(contact.distance)} of `{contact.inner}` at "
         f"{_percent(contact.path_parameter)} of the path; links keep {_mm(clearance)} apart"
     )
-    return [Reason("AE765", f"{contact.inner}-{contact.outer}", text)]
+    return [Reason(LINKS_MEET, f"{contact.inner}-{contact.outer}", text)]
 
 
 def _obstacle_contacts(

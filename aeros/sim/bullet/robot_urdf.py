@@ -8,7 +8,7 @@ finger pads (30 kN/m) stay: force control through rigid pads bounces. What the f
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 from xml.etree import ElementTree
@@ -18,14 +18,18 @@ from aeros.kinematic_chain import is_prismatic, mounting_of, roll_pitch_yaw
 from aeros.runtime.ports import Hull
 from aeros.sim.bullet.body_factory import load_model
 from aeros.sim.bullet.client import DATA, bullet
-from aeros.sim.robot.model import LinkMass, RobotModel, StockUrdf, TwoFingers
+from aeros.sim.robot.model import LinkMass, RobotModel, StandingArm, StockUrdf, TwoFingers
 from aeros.sim.robot.robot import CARRIAGE_EDGES, RobotOptions
+from aeros.sim.robot.standing_arms.standing_arm import fixed_in_posture
 from aeros.spec.text.files import read_source
 
 _HAND_FOLDER: Final = "franka_panda"
 _HAND_JOINT: Final = "panda_hand_joint"
 _FINGERS: Final = ("panda_finger_joint1", "panda_finger_joint2")
 _TOOL_JOINT: Final = "panda_grasptarget_hand"
+
+_STANDING: Final = "standing/"
+"""Prefix of the names of all links and joints of standing arms, which no other link has."""
 
 _PAD: Final = {
     "stiffness": "30000.0",
@@ -72,18 +76,23 @@ def load_robot_body(options: RobotOptions, client: int) -> LoadedRobot:
     model = options.model
     with temporary_folder() as scratch:
         if model.stock_urdf is None:
-            text, base = _made_urdf(model, str(scratch)), "foot"
-            joints = tuple(f"joint{number}" for number in range(1, model.joint_count + 1))
+            root = ElementTree.Element("robot", name=model.name)
+            root.extend([*_made_urdf(model, str(scratch))])
+            base, joints = "foot", tuple(f"joint{number}" for number in range(1, model.joint_count + 1))
         else:
-            text, base, joints = (
-                _stock_urdf(model.stock_urdf, model),
-                model.stock_urdf.base,
-                model.stock_urdf.joints,
-            )
+            # PyBullet ships the file; nobody who could harm us writes it.
+            root = ElementTree.fromstring(_stock_urdf(model.stock_urdf, model))  # noqa: S314
+            base, joints = model.stock_urdf.base, model.stock_urdf.joints
         if options.carriage:
             edges = " ".join(map(str, CARRIAGE_EDGES))
             frame = _CARRIAGE.format(edges=edges, middle=-CARRIAGE_EDGES[2] / 2.0, base=base)
-            text = text.replace("</robot>", frame + "</robot>")
+            root.extend(ElementTree.fromstring(f"<robot>{frame}</robot>"))  # noqa: S314  our own text
+        carriers = {joint.get("name", ""): _child(joint) for joint in root.iter("joint")}
+        for one in model.standing_arms:
+            parent = carriers[joints[one.mount.joint - 1]] if one.mount.joint else base
+            root.extend([*_standing(one, parent, _STANDING, str(scratch))])
+        ElementTree.indent(root)  # PyBullet breaks lines of more than 8191 characters, in words, too
+        text = ElementTree.tostring(root, encoding="unicode")
         path = os.path.join(scratch, "robot.urdf")
         with open(path, "w", encoding="utf-8") as edited:
             edited.write(text)
@@ -96,9 +105,57 @@ def load_robot_body(options: RobotOptions, client: int) -> LoadedRobot:
         **{f"link{place}": (joint,) for place, joint in enumerate(arm, 1)},
         "hand": (index[_HAND_JOINT],),
         "fingers": (left, right),
+        **_standing_links(model, index),
     }
     carriage = (index["carriage_x"], index["carriage_y"]) if options.carriage else ()
     return LoadedRobot(number, arm, (left, right), index[_TOOL_JOINT], index[_HAND_JOINT], carriage, links)
+
+
+def _standing(arm: StandingArm, parent: str, prefix: str, folder: str) -> Iterator[ElementTree.Element]:
+    """Yield links and joints of a standing arm: all fixed, made of hulls, fingers closed.
+
+    parent: name of the link that carries it. prefix: of the names of that link's arm in the URDF.
+    """
+    mount, prefix = arm.mount, f"{prefix}{arm.mount.prefix}"
+    own = os.path.join(folder, prefix)
+    os.makedirs(own)
+    model = fixed_in_posture(arm)
+    for element in [*_made_urdf(model, own)]:
+        if element.get("name") == "foot":  # its mass is not known, and a moving link may carry it
+            for mass in element.iter("mass"):
+                mass.set("value", "0.0")
+        element.set("name", f"{prefix}{element.get('name')}")
+        if element.tag == "joint":
+            element.set("type", "fixed")
+            for end in (*element.iter("parent"), *element.iter("child")):
+                end.set("link", f"{prefix}{end.get('link')}")
+        yield element
+    foot = f"{prefix}foot"
+    yield _joint(f"{foot}_mount", "fixed", parent, foot, mount.at, mount.roll_pitch_yaw)
+    for one in model.standing_arms:
+        carrier = f"{prefix}link{one.mount.joint}" if one.mount.joint else foot
+        yield from _standing(one, carrier, prefix, folder)
+
+
+def _standing_links(
+    model: RobotModel, index: Mapping[str, int], prefix: str = ""
+) -> dict[str, tuple[int, ...]]:
+    """Return the joints that carry the links of standing arms, by the links' names."""
+    found: dict[str, tuple[int, ...]] = {}
+    for arm in model.standing_arms:
+        own = f"{prefix}{arm.mount.prefix}"
+        names = {"foot": ("foot_mount",), "hand": (_HAND_JOINT,), "fingers": _FINGERS}
+        names |= {f"link{number}": (f"joint{number}",) for number in range(1, arm.model.joint_count + 1)}
+        for link, joints in names.items():
+            found[f"{own}{link}"] = tuple(index[f"{_STANDING}{own}{joint}"] for joint in joints)
+        found |= _standing_links(arm.model, index, own)
+    return found
+
+
+def _child(joint: ElementTree.Element) -> str:
+    child = joint.find("child")
+    assert child is not None  # noqa: S101  each joint of a URDF has one
+    return child.get("link", "")
 
 
 def _stock_urdf(stock: StockUrdf, model: RobotModel) -> str:
@@ -129,16 +186,15 @@ _CARRIAGE: Final = """
 """
 
 
-def _made_urdf(model: RobotModel, folder: str) -> str:
-    """Return a URDF made of hulls and masses, with the hand; write the hulls into `folder`."""
-    root = ElementTree.Element("robot", name=model.name)
+def _made_urdf(model: RobotModel, folder: str) -> Iterator[ElementTree.Element]:
+    """Yield links and joints made of hulls and masses, with the hand; write the hulls into `folder`."""
     hulls = {hull.link: hull for hull in model.body.hulls}
-    root.append(_link("foot", hulls["foot"], None, folder))
+    yield _link("foot", hulls["foot"], None, folder)
     parent = "foot"
     rows = zip(model.body.dh_rows, model.dynamics.links, strict=True)
     for number, (row, mass) in enumerate(rows, 1):
         name = f"link{number}"
-        root.append(_link(name, hulls[name], mass, folder))
+        yield _link(name, hulls[name], mass, folder)
         kind = "prismatic" if is_prismatic(row) else "revolute"
         joint = _joint(f"joint{number}", kind, parent, name, mounting_of(row)[:3], roll_pitch_yaw(row))
         ElementTree.SubElement(joint, "axis", xyz="0 0 1")
@@ -151,11 +207,10 @@ def _made_urdf(model: RobotModel, folder: str) -> str:
             effort=repr(float(limits.torque[number - 1])),
             velocity=repr(float(limits.speed[number - 1])),
         )
-        root.append(joint)
+        yield joint
         parent = name
     gripper = model.hand.gripper
-    root.extend(_hand(model, parent) if gripper is None else _made_hand(model, gripper, parent, folder))
-    return ElementTree.tostring(root, encoding="unicode")
+    yield from _hand(model, parent) if gripper is None else _made_hand(model, gripper, parent, folder)
 
 
 def _hand(model: RobotModel, parent: str) -> Iterator[ElementTree.Element]:
@@ -169,13 +224,9 @@ def _hand(model: RobotModel, parent: str) -> Iterator[ElementTree.Element]:
         joint = joints[name]
         if name == _HAND_JOINT:
             place, turn = (0.0, 0.0, model.hand.flange), (0.0, 0.0, model.hand.turn)
-            child = joint.find("child")
-            assert child is not None  # noqa: S101  for the type checker
-            joint = _joint(name, "fixed", parent, child.get("link", ""), place, turn)
+            joint = _joint(name, "fixed", parent, _child(joint), place, turn)
         yield joint
-        carried = joint.find("child")
-        assert carried is not None  # noqa: S101  for the type checker
-        yield links[carried.get("link", "")]
+        yield links[_child(joint)]
 
 
 def _made_hand(

@@ -13,12 +13,13 @@ from aeros.kinematic_chain import Mounting, frames_of, mounting_of
 from aeros.sim.film.meshes import Mesh, meshes_of_urdf, rounded_corners, stock_urdf_file
 from aeros.sim.film.person_shapes import PERSON_PARTS, Stance, part_poses
 from aeros.sim.film.recording import CoatingFigure, PoseSample, Recording, RecordingError, RobotFigure
-from aeros.sim.geometry import UPRIGHT, Pose, compose
+from aeros.sim.geometry import UPRIGHT, Pose, Vector3, compose
 from aeros.sim.mujoco.client import mujoco
 from aeros.sim.mujoco.model import wxyz
 from aeros.sim.pictures.solids import Array
 from aeros.sim.pictures.urdf_model import UrdfVisuals
 from aeros.sim.pictures.visual_shapes import VisualShape
+from aeros.sim.robot.model import links_of
 from aeros.spec.model.scene import Colour
 
 SHOWN_GROUP: Final = 0
@@ -358,8 +359,34 @@ class ArmPart:
     meshes: tuple[tuple[Pose, Mesh], ...] = ()
 
 
+class _HullLinks:
+    """Links that are drawn by their hulls."""
+
+    def __init__(self, robot: RobotFigure, hulls: Sequence[tuple[str, int, tuple[Vector3, ...]]]) -> None:
+        self._mountings: tuple[Mounting, ...] = tuple(mounting_of(row) for row in robot.rows)
+        self._joints = [joint for _, joint, _ in hulls]
+        self.parts = tuple(
+            ArmPart(meshes=((Pose((0.0, 0.0, 0.0), UPRIGHT), _hull_mesh(corners, number)),))
+            for number, (_, _, corners) in enumerate(hulls)
+        )
+
+    def frames(self, sample: PoseSample) -> list[Pose]:
+        """Return the poses of all joints' frames in B, the base's first."""
+        return [
+            Pose(frame.origin, _orientation(np.array(frame[1:]).T))
+            for frame in frames_of(self._mountings, sample.joints)
+        ]
+
+    def poses(self, sample: PoseSample) -> Iterator[Pose]:
+        """Yield the pose of each link in W."""
+        if self._joints:
+            base, frames = Pose(sample.base, UPRIGHT), self.frames(sample)
+            for joint in self._joints:
+                yield compose(base, frames[joint])
+
+
 class MeshArm:
-    """An arm whose links have mesh files.
+    """An arm whose links have mesh files; standing arms beside it are drawn by their hulls.
 
     Args:
         robot: the robot.
@@ -376,7 +403,9 @@ class MeshArm:
         self._joints = robot.urdf_joints
         self._visuals = visuals
         self._links = tuple(meshes)
-        self.parts = tuple(ArmPart(meshes=one) for one in meshes.values())
+        own = links_of(len(robot.rows))
+        self._standing = _HullLinks(robot, [one for one in robot.hulls if one[0] not in own])
+        self.parts = (*(ArmPart(meshes=one) for one in meshes.values()), *self._standing.parts)
 
     def poses(self, sample: PoseSample) -> Iterator[Pose]:
         """Place the links.
@@ -392,6 +421,7 @@ class MeshArm:
         base = Pose(sample.base, UPRIGHT)
         for link in self._links:
             yield compose(base, self._visuals.link_pose(link, positions))
+        yield from self._standing.poses(sample)
 
 
 class HullArm:
@@ -402,15 +432,10 @@ class HullArm:
     """
 
     def __init__(self, robot: RobotFigure) -> None:
-        self._mountings: tuple[Mounting, ...] = tuple(mounting_of(row) for row in robot.rows)
-        self._hulls = [one for one in robot.hulls if one[0] != "fingers"]
+        self._links = _HullLinks(robot, [one for one in robot.hulls if one[0] != "fingers"])
         self._robot = robot
-        links = [
-            ArmPart(meshes=((Pose((0.0, 0.0, 0.0), UPRIGHT), _hull_mesh(corners, number)),))
-            for number, (_, _, corners) in enumerate(self._hulls)
-        ]
         finger = ArmPart((VisualShape("box", _FINGER, _JOINT_COLOUR),))
-        self.parts = (*links, finger, finger)
+        self.parts = (*self._links.parts, finger, finger)
 
     def poses(self, sample: PoseSample) -> Iterator[Pose]:
         """Place the links.
@@ -421,19 +446,14 @@ class HullArm:
         Yields:
             Pose of each part in W.
         """
-        base = Pose(sample.base, UPRIGHT)
-        frames = [
-            Pose(frame.origin, _orientation(np.array(frame[1:]).T))
-            for frame in frames_of(self._mountings, sample.joints)
-        ]
-        for _, joint, _ in self._hulls:
-            yield compose(base, frames[joint])
+        yield from self._links.poses(sample)
+        last = compose(Pose(sample.base, UPRIGHT), self._links.frames(sample)[-1])
         half = self._robot.turn / 2.0
         hand = Pose((0.0, 0.0, self._robot.flange), (0.0, 0.0, float(np.sin(half)), float(np.cos(half))))
         reach = self._robot.tool + 0.008 - _FINGER[2] / 2.0
         for side in (-1.0, 1.0):
             place = Pose((0.0, side * (sample.gap + _FINGER[1]) / 2.0, reach), UPRIGHT)
-            yield compose(base, compose(compose(frames[-1], hand), place))
+            yield compose(compose(last, hand), place)
 
 
 def _hull_mesh(corners: Sequence[tuple[float, float, float]], number: int) -> Mesh:

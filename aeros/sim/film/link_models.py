@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import islice
 from typing import Final
 from xml.etree.ElementTree import ParseError
 
@@ -13,7 +14,7 @@ from aeros.runtime.ports import ColouredMesh, Hull, LinkModel
 from aeros.sim.film.meshes import Array, meshes_of_urdf, stock_urdf_file
 from aeros.sim.geometry import Pose, compose, to_world
 from aeros.sim.pictures.urdf_model import UrdfVisuals
-from aeros.sim.robot.model import RobotModel
+from aeros.sim.robot.model import RobotModel, StandingArm
 
 _MARGIN: Final = 0.01
 """Greatest distance between the boxes around a mesh and its hull, m: hulls leave out up to 5 mm of it."""
@@ -27,9 +28,33 @@ def link_models(model: RobotModel) -> dict[Hull, LinkModel]:
 
     Returns:
         The links that have meshes, by their hull; without those whose hull has more, as an adapter
-        for the hand. Empty if the robot names no meshes, they are not
-        installed or cannot be read, or one of them is outside of all hulls, and so of another robot.
+        for the hand. Of an arm whose robot file names no meshes, they are not installed or cannot be read, or
+        one of them is outside of all hulls, and so of another robot, there are none.
     """
+    hulls = iter(model.body.hulls)
+    own = tuple(islice(hulls, len(model.body.hulls) - sum(len(_hulls(arm)) for arm in model.standing_arms)))
+    found = _own_models(model, own)
+    for arm in model.standing_arms:
+        frames, mount = frames_of(arm.model.mountings, arm.posture), arm.mount.frame
+        of_arm = link_models(arm.model)
+        for hull, carried in zip(_hulls(arm), hulls, strict=False):
+            if hull in of_arm:
+                frame = frames[hull.joint]
+                found[carried] = of_arm[hull]._replace(
+                    surfaces=tuple(
+                        one._replace(corners=[mount.to_base(frame.to_base(corner)) for corner in one.corners])
+                        for one in of_arm[hull].surfaces
+                    )
+                )
+    return found
+
+
+def _hulls(arm: StandingArm) -> tuple[Hull, ...]:
+    return arm.model.body.hulls
+
+
+def _own_models(model: RobotModel, hulls: Sequence[Hull]) -> dict[Hull, LinkModel]:
+    """Read what links look like that are no standing arm's."""
     urdf = model.meshes
     path = None if urdf is None else stock_urdf_file(urdf.path)
     if urdf is None or path is None:
@@ -43,7 +68,7 @@ def link_models(model: RobotModel) -> dict[Hull, LinkModel]:
             joint = len(set(visuals.joints_above(one.link)) & set(urdf.joints))
             pose = compose(visuals.link_pose(one.link, opened), one.place)
             corners = _in_joint_frame(frames[joint], pose, one.mesh.corners)
-            hull = _hull_around(corners, (each for each in model.body.hulls if each.joint == joint))
+            hull = _hull_around(corners, (each for each in hulls if each.joint == joint))
             if hull is None:
                 return {}
             surface = ColouredMesh(corners.tolist(), one.mesh.triangles.tolist(), one.mesh.colour)

@@ -8,6 +8,7 @@ moves.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -155,15 +156,19 @@ class GrowingModel:
         if self._built is not None and not self._is_stale:
             self._place_moved(self._built, number)
 
-    def exclude(self, body: int, first: int, second: int) -> None:
-        """Let two links of a body never touch each other.
+    def set_contact(self, body: int, first: int, second: int, *, touch: bool) -> None:
+        """Let two links of a body touch each other, or never; else those that one joint joins never do.
 
         Args:
             body: its number.
             first: number of one link.
             second: number of the other.
+            touch: True if they touch.
         """
-        self._spec.add_exclude(bodyname1=_name(body, first), bodyname2=_name(body, second))
+        if touch:
+            _add_pairs(self._spec, self._added, (body, first), (body, second))
+        else:
+            self._spec.add_exclude(bodyname1=_name(body, first), bodyname2=_name(body, second))
         self._is_stale = True
 
     def couple(self, body: int, first: int, second: int) -> None:
@@ -317,13 +322,27 @@ class GrowingModel:
             pos=shape.place.position,
             quat=wxyz(shape.place.orientation),
             mass=0.0,
-            # With friction about the normal; and with rolling friction where it is declared.
-            condim=6 if geom.friction.rolling > 0.0 else 4,
+            condim=_dimensions(geom.friction),
             solref=(_CONTACT_TIME, 1.0),
             solimp=_CONTACT_IMPEDANCE,
             **named,
         )
         self._added[name] = geom
+
+
+def _add_pairs(spec: Any, added: Mapping[str, Geom], first: tuple[int, int], second: tuple[int, int]) -> None:
+    """Add contacts of the shapes of two links, each given by the numbers of its body and of itself."""
+    for (name, one), (other_name, other) in product(added.items(), repeat=2):
+        if (one.body, one.link) == first and (other.body, other.link) == second:
+            pair = spec.add_pair(geomname1=name, geomname2=other_name)
+            pair.condim = max(_dimensions(one.friction), _dimensions(other.friction))
+            pair.solref = (_CONTACT_TIME, 1.0)
+            pair.solimp = _CONTACT_IMPEDANCE
+
+
+def _dimensions(friction: Friction) -> int:
+    """Return the dimensions of a contact: with friction about the normal, and rolling friction if any."""
+    return 6 if friction.rolling > 0.0 else 4
 
 
 def _empty_description() -> Any:

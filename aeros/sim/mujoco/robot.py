@@ -20,7 +20,7 @@ from aeros.sim.geometry import UPRIGHT, Pose, to_world
 from aeros.sim.mujoco.client import mujoco
 from aeros.sim.mujoco.drives import MujocoDrives
 from aeros.sim.mujoco.plans import names_of_joints, names_of_links
-from aeros.sim.mujoco.robot_plan import CARRIAGE_JOINTS, FINGERS, arm_joints, plan_robot
+from aeros.sim.mujoco.robot_plan import CARRIAGE_JOINTS, FINGERS, arm_joints, hull_of_link, plan_robot
 from aeros.sim.mujoco.world import MujocoWorld
 from aeros.sim.pictures.ray_caster import PlacedSolid
 from aeros.sim.pictures.scene_solids import carriage_solid, robot_solids
@@ -72,13 +72,13 @@ class MujocoRobot(PhysicalRobot):
     def _exclude(self, number: dict[str, int]) -> None:
         """Let links collide that can meet by the robot's data; not neighbours, nor hand and fingers."""
         meeting = {
-            frozenset((inner.link, outer.link))
+            frozenset((inner.link, outer.link)): outer.joint - inner.joint
             for inner, outer in pairs_that_may_meet(self.model.body.hulls, self.model.body.exempt_pairs)
         }
         for first, second in combinations(number, 2):
-            pair = frozenset("fingers" if name in FINGERS else name for name in (first, second))
-            if pair not in meeting:
-                self._world.bodies.exclude(self.body, number[first], number[second])
+            apart = meeting.get(frozenset(map(hull_of_link, (first, second))), 0)
+            if apart <= 1:
+                self._world.bodies.set_contact(self.body, number[first], number[second], touch=apart == 1)
 
     def _place_joints(self, start: Sequence[float]) -> None:
         """Set the positions of all joints; the only place that does so."""

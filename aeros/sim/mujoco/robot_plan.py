@@ -7,6 +7,7 @@ franka_ros, Apache-2.0).
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from math import cos, pi, sin
 from typing import Final
 
@@ -23,8 +24,10 @@ from aeros.sim.mujoco.plans import (
     ShapePlan,
     inertia_of_shapes,
 )
-from aeros.sim.robot.model import HandMount, LinkMass, RobotModel, TwoFingers
+from aeros.sim.pictures.urdf_model import roll_pitch_yaw
+from aeros.sim.robot.model import HandMount, LinkMass, RobotModel, StandingArm, TwoFingers
 from aeros.sim.robot.robot import CARRIAGE_EDGES, RobotOptions
+from aeros.sim.robot.standing_arms.standing_arm import fixed_in_posture
 
 FINGERS: Final = ("left_finger", "right_finger")
 CARRIAGE_JOINTS: Final = ("carriage_x", "carriage_y")
@@ -93,8 +96,38 @@ def plan_robot(options: RobotOptions) -> tuple[LinkPlan, ...]:
     Returns:
         Its links, the base first, whose frame is B at the start.
     """
-    arm = _arm(options.model, options.carriage)
-    return (*_carriage(options.carriage), *arm, *_hand(options.model, options.finger_friction))
+    model = options.model
+    arm, hand = _arm(model, options.carriage), _hand(model, options.finger_friction)
+    standing = chain.from_iterable(map(_standing, model.standing_arms))
+    return (*_carriage(options.carriage), *arm, *hand, *standing)
+
+
+def hull_of_link(link: str) -> str:
+    """Name the hull that holds a link of the plan.
+
+    Args:
+        link: name of a link of an arm.
+
+    Returns:
+        The name of the hull; both fingers of a hand have one.
+    """
+    for finger in FINGERS:
+        if link.endswith(finger):
+            return f"{link.removesuffix(finger)}fingers"
+    return link
+
+
+def _standing(arm: StandingArm) -> Iterator[LinkPlan]:
+    """Yield the links of a standing arm, fixed where they stand, fingers closed."""
+    mount = arm.mount
+    carrier = f"link{mount.joint}" if mount.joint else "foot"
+    for link in plan_robot(RobotOptions(fixed_in_posture(arm))):
+        name = f"{mount.prefix}{link.name}"
+        if link.parent is None:
+            place = Pose(mount.at, roll_pitch_yaw(*mount.roll_pitch_yaw))
+            yield link._replace(name=name, parent=carrier, place=place)
+        else:
+            yield link._replace(name=name, parent=f"{mount.prefix}{link.parent}", joint=None)
 
 
 def _carriage(drives: bool) -> Iterator[LinkPlan]:

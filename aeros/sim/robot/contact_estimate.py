@@ -115,5 +115,5 @@ def _outer_ends(arm: RobotModel) -> dict[int, Triple]:
     return {
         capsule.joint: max(capsule.a, capsule.b, key=lambda end: hypot(*end))
         for capsule in arm.capsules
-        if 2 <= capsule.joint < arm.joint_count
+        if 2 <= capsule.joint < arm.joint_count and capsule.link in arm.own_links
     }

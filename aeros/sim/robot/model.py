@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos, hypot, tan
-from typing import Final
+from math import cos, hypot, sin, tan
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from aeros.kinematic_chain import (
+    JointFrame,
     Mounting,
     frames_of,
     is_prismatic,
@@ -21,12 +22,24 @@ from aeros.kinematic_chain import (
     point_derivative,
     zero_angle,
 )
-from aeros.runtime.ports import RobotBody, Vec3
+from aeros.runtime.ports import JointVector, RobotBody, Vec3
 from aeros.sim.robot.body import Capsule
 from aeros.sim.robot.limits import JointLimits, ToolPointLimits, Vector
 
 _LIMIT_MARGIN: Final = 0.02
 """Distance of solutions from the official limits, rad or m: room for tracking error (≤ 0.006 rad)."""
+
+
+def links_of(joints: int) -> tuple[str, ...]:
+    """Name the links of an arm.
+
+    Args:
+        joints: number of its joints.
+
+    Returns:
+        The names, from the base outwards.
+    """
+    return ("foot", *(f"link{number}" for number in range(1, joints + 1)), "hand", "fingers")
 
 
 @dataclass(frozen=True)
@@ -169,6 +182,50 @@ class StockUrdf:
     joints: tuple[str, ...]
 
 
+class ArmMount(NamedTuple):
+    """Place of an arm that stands on a link of another one.
+
+    Attributes:
+        prefix: prefix of its links' names.
+        at: position of its base in the frame of the joint that carries it, m.
+        roll_pitch_yaw: orientation of its base there, about fixed axes as in URDF, rad.
+        joint: number of the moving arm's joints that carry it; 0 if both stand on one base.
+    """
+
+    prefix: str
+    at: Vec3
+    roll_pitch_yaw: Vec3 = (0.0, 0.0, 0.0)
+    joint: int = 0
+
+    @property
+    def frame(self) -> JointFrame:
+        """Frame of its base in that of the joint: Rz(yaw)·Ry(pitch)·Rx(roll)."""
+        (cr, sr), (cp, sp), (cy, sy) = ((cos(angle), sin(angle)) for angle in self.roll_pitch_yaw)
+        return JointFrame(
+            self.at,
+            (cy * cp, sy * cp, -sp),
+            (cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr),
+            (cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class StandingArm:
+    """A further arm on the same body, which stands in one posture.
+
+    Attributes:
+        model: the arm.
+        mount: its place.
+        posture: position of each of its joints (n,), rad or m.
+        tolerance: greatest deviation of each joint from there (n,), rad or m.
+    """
+
+    model: RobotModel
+    mount: ArmMount
+    posture: JointVector
+    tolerance: JointVector
+
+
 @dataclass(frozen=True, eq=False)
 class RobotModel:
     """An arm with its hand. Models are equal if they are the same object.
@@ -176,8 +233,8 @@ class RobotModel:
     Attributes:
         name: name of the robot.
         description: for people.
-        body: chain, enclosing balls and hulls, as motions are decided with.
-        capsules: the links as capsules.
+        body: chain, enclosing balls and hulls, as motions are decided with; those of standing arms come last.
+        capsules: the links as capsules, those of standing arms last.
         limits: of the joints.
         tool_limits: of the tool centre point.
         hand: the gripper.
@@ -187,6 +244,7 @@ class RobotModel:
         licence: licence and origin of the shapes, as text.
         stock_urdf: URDF for PyBullet; None if one is made from hulls and masses.
         meshes: URDF whose visible meshes viewers show; None for the hulls.
+        standing_arms: further arms on the same body.
     """
 
     name: str
@@ -202,6 +260,12 @@ class RobotModel:
     licence: str = ""
     stock_urdf: StockUrdf | None = None
     meshes: StockUrdf | None = None
+    standing_arms: tuple[StandingArm, ...] = ()
+
+    @property
+    def own_links(self) -> tuple[str, ...]:
+        """Names of the links of the arm that moves, from the base outwards."""
+        return links_of(self.joint_count)
 
     @property
     def joint_count(self) -> int:

@@ -17,6 +17,16 @@ import numpy as np
 from aeros.kinematic_chain import PRISMATIC, Row
 from aeros.runtime.ports import Hull, RobotBody
 from aeros.sim.robot.body import Capsule, enclosing_balls
+from aeros.sim.robot.columns import (
+    ABOVE_0,
+    EFFORT,
+    POSITION,
+    STIFFNESS,
+    Dimensions,
+    per_time,
+    read_column,
+    report_count,
+)
 from aeros.sim.robot.gripper import finger_outside, point_of, read_gripper, read_mass
 from aeros.sim.robot.kinematics import forward_kinematics
 from aeros.sim.robot.limits import JointLimits, ToolPointLimits, Vector
@@ -27,15 +37,18 @@ from aeros.sim.robot.model import (
     RobotModel,
     ServoSettings,
     StockUrdf,
+    links_of,
 )
+from aeros.sim.robot.standing_arms.standing_arm import find_overlap, joints_outside, with_postures
+from aeros.sim.robot.standing_arms.standing_arm_file import StandingArmReader
 from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared.decode import decode
 from aeros.spec.declared.robots import robot as declared
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, SpanLabel
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.elaborate.expressions import elaborate_quantity, elaborate_unit
-from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME, Dimension, Unit
+from aeros.spec.elaborate.expressions import elaborate_quantity
+from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME, Dimension
 from aeros.spec.model.motion import MotionPolicy
 from aeros.spec.model.site import Site
 from aeros.spec.text.fields import NumberField, TextField
@@ -48,17 +61,8 @@ GROUP: Final = "aeros.robots"
 REFERENCE_ROBOT: Final = "panda"
 """Name of the robot of the reference site, and of sites that name none."""
 
-_ABOVE_0: Final = "write a number above 0"
-
 _SPEED: Final = LENGTH * TIME**-1
 _TURNING: Final = ANGLE * TIME**-1
-
-_Dimensions = tuple[Dimension, Dimension]
-"""Dimension of a column's values, of revolute joints and of prismatic joints."""
-
-_POSITION: Final[_Dimensions] = (ANGLE, LENGTH)
-_EFFORT: Final[_Dimensions] = (FORCE * LENGTH, FORCE)
-_STIFFNESS: Final[_Dimensions] = (FORCE * LENGTH * ANGLE**-1, FORCE * LENGTH**-1)
 
 _FARTHEST_SLIDE: Final = 100.0
 """Greatest position of a prismatic joint, m: one beyond it is in a wrong unit, or of a joint that turns."""
@@ -136,7 +140,7 @@ def robot_of(site: Site) -> RobotModel:
     name = site.robot or REFERENCE_ROBOT
     if name.endswith((".yaml", ".yml")):
         name = str(Path(site.span.source.path).parent / name)
-    robot = read_robot(name)
+    robot = _posed(site, read_robot(name))
     excesses = [] if site.robot is None or site.motion is None else list(_excesses(site.motion, robot))
     cure = (
         f"keep `motion` of the site inside the limits of `{robot.name}`, its levers no shorter than its "
@@ -145,16 +149,59 @@ def robot_of(site: Site) -> RobotModel:
     faults = [(one, cure) for one in excesses]
     if site.robot is not None:
         faults += _misfits(site, robot)
-    if faults:
-        line = re.search(r"^robot:[^\n]*", site.span.source.text, re.MULTILINE)
-        start, end = (0, 0) if line is None else line.span()
-        named = SpanLabel(site.span.source.span(start, end))
-        raise UserError([Diagnostic("AE208", text, named, help=(cure,)) for text, cure in faults])
+    _raise_faults(site, "robot", faults)
     return robot
 
 
+def _raise_faults(site: Site, field: str, faults: Sequence[tuple[str, str]]) -> None:
+    """Raise the faults of a field of a site, each a sentence and a cure, if there is one.
+
+    Raises:
+        UserError: there is one.
+    """
+    if faults:
+        line = re.search(rf"^{field}:[^\n]*", site.span.source.text, re.MULTILINE)
+        start, end = (0, 0) if line is None else line.span()
+        named = SpanLabel(site.span.source.span(start, end))
+        raise UserError([Diagnostic("AE208", text, named, help=(cure,)) for text, cure in faults])
+
+
+def _posed(site: Site, robot: RobotModel) -> RobotModel:
+    """Let the standing arms of a robot stand where a site says.
+
+    Raises:
+        UserError: there is no such arm, or it cannot stand there.
+    """
+    if not site.standing_postures:
+        return robot
+    arms, faults = {arm.mount.prefix: arm.model for arm in robot.standing_arms}, []
+    postures = tuple((name, tuple(map(float, one))) for name, one in site.standing_postures.items())
+    for prefix, posture in postures:
+        arm = arms.get(prefix)
+        if arm is None:
+            known = ", ".join(f"`{name}`" for name in arms) or "none"
+            headline = f"the robot `{robot.name}` has no standing arm `{prefix}`"
+            faults.append((headline, f"name one of its arms: {known}"))
+        elif len(posture) != arm.joint_count:
+            headline = f"the posture of `{prefix}` has {len(posture)} values; it has {arm.joint_count} joints"
+            faults.append((headline, "give one value for each joint, from the base outwards"))
+        else:
+            outside = joints_outside(arm, posture)
+            faults += [(text, "correct the posture; angles are rad") for _, text in outside]
+    _raise_faults(site, "standing_postures", faults)
+    posed = with_postures(robot, postures)
+    overlap = find_overlap(posed)
+    if overlap is not None:
+        headline = "`{1}` overlaps `{0}` in the ready posture".format(*overlap)
+        _raise_faults(site, "standing_postures", [(headline, "let the arm stand elsewhere")])
+    return posed
+
+
 def _misfits(site: Site, robot: RobotModel) -> Iterator[tuple[str, str]]:
-    """Yield links and a gripper of a site that its robot does not have, each as a sentence and a cure."""
+    """Yield links and a gripper of a site that its robot does not have, each as a sentence and a cure.
+
+    A barrier that names links and none of a standing arm is one whose author may not have thought of it.
+    """
     links = [*(one.link for one in robot.body.hulls), _HELD]
     for barrier in () if site.motion is None else site.motion.barriers:
         unknown = sorted((barrier.links or frozenset()).difference(links))
@@ -162,6 +209,13 @@ def _misfits(site: Site, robot: RobotModel) -> Iterator[tuple[str, str]]:
             names, known = (", ".join(f"`{name}`" for name in some) for some in (unknown, links))
             headline = f"the barrier `{barrier.id}` names {names}; the robot has no such link"
             yield headline, f"write `links` of {known}"
+        for arm in robot.standing_arms if (barrier.links or frozenset()) - {_HELD} else ():
+            prefix = arm.mount.prefix
+            of_arm = [f"{prefix}{hull.link}" for hull in arm.model.body.hulls]
+            if barrier.links is not None and not barrier.links & {*of_arm}:
+                listed = ", ".join(f"`{name}`" for name in of_arm)
+                headline = f"the barrier `{barrier.id}` names no link of the standing arm `{prefix}`"
+                yield headline, f"add those to its `links` that it holds for, at least one of {listed}"
     gap, widest = site.state.get("finger_gap"), robot.hand.widest_gap
     if gap is not None and gap.range is not None and float(gap.range[1]) < widest * (1.0 - _ROUNDING):
         headline = (
@@ -213,6 +267,11 @@ def _excesses(policy: MotionPolicy, robot: RobotModel) -> Iterator[str]:
 
 @cache
 def _read(path: Path) -> RobotModel:
+    return _read_carried(path, ())
+
+
+def _read_carried(path: Path, carriers: tuple[Path, ...]) -> RobotModel:
+    """Read a robot file; the robots of the files `carriers` carry each other and this one."""
     diagnostics = Diagnostics()
     node = read_yaml(read_source(path), diagnostics)
     file = None if node is None else decode(node, declared.Robot, diagnostics)
@@ -223,6 +282,11 @@ def _read(path: Path) -> RobotModel:
     _check_ready_posture(model, file, diagnostics)
     _check_hand(model, file, diagnostics)
     diagnostics.raise_if_errors()
+    if file.standing_arms:
+        chain = (*carriers, path)
+        reader = StandingArmReader(path, chain, known_robots(), _read_carried, diagnostics)
+        model = reader.add(model, file.standing_arms)
+        diagnostics.raise_if_errors()
     return model
 
 
@@ -235,7 +299,7 @@ class _RobotReader:
         self._diagnostics = diagnostics
         self._joints = len(file.chain)
         self._slides = [row.joint == "prismatic" for row in file.chain]
-        self._links = ("foot", *(f"link{number}" for number in range(1, self._joints + 1)), "hand", "fingers")
+        self._links = links_of(self._joints)
 
     def read(self) -> RobotModel:
         """Convert the whole file."""
@@ -291,7 +355,7 @@ class _RobotReader:
     def _limits(self) -> JointLimits:
         limits = self._file.limits
         lowest, highest = (
-            self._column(one, _POSITION, signed=True) for one in (limits.lowest, limits.highest)
+            self._column(one, POSITION, signed=True) for one in (limits.lowest, limits.highest)
         )
         for joint, (low, high) in enumerate(zip(lowest, highest, strict=False), 1):
             if low >= high:
@@ -313,11 +377,11 @@ class _RobotReader:
         return JointLimits(
             lowest,
             highest,
-            self._column(limits.speed, _times(_POSITION, TIME**-1)),
-            self._column(limits.acceleration, _times(_POSITION, TIME**-2)),
-            self._column(limits.jerk, _times(_POSITION, TIME**-3)),
-            self._column(limits.torque, _EFFORT),
-            self._column(limits.torque_rate, _times(_EFFORT, TIME**-1)),
+            self._column(limits.speed, per_time(POSITION, 1)),
+            self._column(limits.acceleration, per_time(POSITION, 2)),
+            self._column(limits.jerk, per_time(POSITION, 3)),
+            self._column(limits.torque, EFFORT),
+            self._column(limits.torque_rate, per_time(EFFORT, 1)),
         )
 
     def _tool_limits(self) -> ToolPointLimits:
@@ -338,7 +402,7 @@ class _RobotReader:
             if len(row) != self._joints:
                 self._wrong_count(name, len(row), postures.span)
         self._not_negative(*postures.lean)
-        ready = self._column(postures.ready, _POSITION, signed=True)
+        ready = self._column(postures.ready, POSITION, signed=True)
         ready.flags.writeable = False
         lean, *search = (np.array([_float(one) for one in row]) for _, row in rows)
         return Postures(ready, lean, tuple(search))
@@ -346,10 +410,10 @@ class _RobotReader:
     def _servos(self) -> ServoSettings:
         servos = self._file.servos
         return ServoSettings(
-            tuple(self._column(servos.correction, _EFFORT).tolist()),
-            tuple(self._column(servos.stiffness, _STIFFNESS).tolist()),
-            tuple(self._column(servos.damping, _times(_STIFFNESS, TIME)).tolist()),
-            tuple(self._column(servos.felt_torque, _EFFORT).tolist()),
+            tuple(self._column(servos.correction, EFFORT).tolist()),
+            tuple(self._column(servos.stiffness, STIFFNESS).tolist()),
+            tuple(self._column(servos.damping, per_time(STIFFNESS, -1)).tolist()),
+            tuple(self._column(servos.felt_torque, EFFORT).tolist()),
         )
 
     def _dynamics(self) -> Dynamics:
@@ -371,7 +435,7 @@ class _RobotReader:
             headline = f"`{name}` is moved by {expected} joints, not by {joint}"
             self._report(headline, one.joint.span, f"write `joint: {expected}`")
         if one.radius.value <= 0:
-            self._report(f"the radius of `{name}` is not above 0 m", one.radius.span, _ABOVE_0)
+            self._report(f"the radius of `{name}` is not above 0 m", one.radius.span, ABOVE_0)
         radius = _float(one.radius) if one.radius.value > 0 else 1.0
         return Capsule(name, joint, point_of(one.a), point_of(one.b), radius)
 
@@ -419,46 +483,13 @@ class _RobotReader:
             listed = ", ".join(f"`{name}`" for name in missing)
             self._report(f"the {things} lack {listed}", span, "every link needs one, or it is not avoided")
 
-    def _column(self, column: declared.Column, dimensions: _Dimensions, *, signed: bool = False) -> Vector:
-        """Convert one number for each joint to SI; report a wrong count, unit or sign."""
-        units = [
-            None if text is None else self._unit(text, dimension)
-            for text, dimension in zip((column.unit, column.prismatic_unit), dimensions, strict=True)
-        ]
-        if any(self._slides) and column.prismatic_unit is None:
-            self._report(
-                f"`prismatic_unit` is missing: joint {self._slides.index(True) + 1} is prismatic",
-                column.span,
-                f"add the unit of its value, one of {dimensions[1]}",
-            )
-        elif column.prismatic_unit is not None and not any(self._slides):
-            self._report(
-                "no joint of the chain is prismatic",
-                column.prismatic_unit.span,
-                "remove `prismatic_unit`, or write `joint: prismatic` in a row of the chain",
-            )
-        if len(column.values) != self._joints:
-            self._wrong_count("this column", len(column.values), column.span)
-        for one in column.values:
-            if not signed and one.value <= 0:
-                self._report(f"`{one.node.text}` is not above 0", one.span, _ABOVE_0)
-        pairs = zip(column.values, self._slides, strict=False)
-        return np.array(
-            [float(one.value if (unit := units[s]) is None else unit.to_si(one.value)) for one, s in pairs],
-            dtype=np.float64,
-        )
-
-    def _unit(self, text: TextField, dimension: Dimension) -> Unit | None:
-        unit = elaborate_unit(text, self._diagnostics)
-        if unit is not None and unit.dimension != dimension:
-            headline = f"expected a unit of {dimension}, found `{text.value}`"
-            self._report(headline, text.span, f"write `{dimension}` or another unit of this dimension")
-        return unit
+    def _column(self, column: declared.Column, dimensions: Dimensions, *, signed: bool = False) -> Vector:
+        return read_column(column, dimensions, self._slides, self._diagnostics, signed=signed)
 
     def _quantity(self, text: TextField, dimension: Dimension, *, signed: bool = False) -> float:
         value = elaborate_quantity(text, dimension, self._diagnostics)
         if value is not None and value <= 0 and not signed:
-            self._report(f"`{text.value}` is not above 0", text.span, _ABOVE_0)
+            self._report(f"`{text.value}` is not above 0", text.span, ABOVE_0)
         return 1.0 if value is None else float(value)
 
     def _not_negative(self, *numbers: NumberField) -> None:
@@ -467,8 +498,7 @@ class _RobotReader:
                 self._report(f"`{one.node.text}` is below 0", one.span, "write 0 or more")
 
     def _wrong_count(self, name: str, count: int, span: SourceSpan) -> None:
-        headline = f"{name} has {count} values; the chain has {self._joints} joints"
-        self._report(headline, span, "give one value for each joint, from the base outwards")
+        report_count(name, count, self._joints, span, self._diagnostics)
 
     def _report(self, headline: str, span: SourceSpan, cure: str) -> None:
         self._diagnostics.error("AE208", headline, span, help=(cure,))
@@ -508,11 +538,6 @@ def _check_ready_posture(model: RobotModel, file: declared.Robot, diagnostics: D
             span,
             help=("correct the posture, the chain, or `turn` of the hand",),
         )
-
-
-def _times(dimensions: _Dimensions, factor: Dimension) -> _Dimensions:
-    turning, sliding = dimensions
-    return turning * factor, sliding * factor
 
 
 def _row(declared_row: declared.ChainRow) -> Row:

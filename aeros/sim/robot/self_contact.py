@@ -44,7 +44,7 @@ def find_self_contact(arm: RobotModel, q: Sequence[float]) -> tuple[str, str] | 
         for link in (inner, outer):
             if link not in corners:
                 corners[link] = _to_base(frames[shapes.joints[link]], shapes.corners[link])
-        if _touch(corners[inner], corners[outer]):
+        if are_near(corners[inner], corners[outer], 0.0):
             return inner, outer
     return None
 
@@ -54,17 +54,28 @@ def _to_base(frame: JointFrame, corners: Vector) -> Vector:
     return points
 
 
-def _touch(a: Vector, b: Vector) -> bool:
-    """Return True if the convex hulls of two sets of points (n, 3) touch, by Gilbert's algorithm."""
+def are_near(a: Vector, b: Vector, distance: float) -> bool:
+    """Search for a place where two convex hulls are near each other, by Gilbert's algorithm.
+
+    Args:
+        a: corners of one hull (n, 3), m.
+        b: corners of the other hull (m, 3), in the same frame.
+        distance: m.
+
+    Returns:
+        True if they are no farther apart than `distance` and 1 mm; False may be wrong for hulls that are
+        farther apart than `distance` alone, or if no answer is found in 30 steps.
+    """
     way = b[0] - a[0]
     for _ in range(_MAX_STEPS):
         along_a, along_b = a @ way, b @ way
-        if along_b.min() > along_a.max():
+        length = float(np.linalg.norm(way))
+        if along_b.min() - along_a.max() > distance * length:
             return False
         step = b[along_b.argmin()] - a[along_a.argmax()] - way
         share = -(way @ step) / max(step @ step, 1e-18)
         way = way + min(max(share, 0.0), 1.0) * step
-        if way @ way < _CONTACT**2:
+        if np.linalg.norm(way) < distance + _CONTACT:
             return True
     return False
 

@@ -32,10 +32,10 @@ class RobotOutline:
         self._base = np.array(base)
         self._carriage = carriage
         self._from, self._to = (ends + self._base for ends in _capsule_ends(arm, tuple(joints)))
-        self._radii, self._feet = _radii(arm)
+        self._radii, self._may_reach_down = _radii(arm)
 
     def reaches_down_to(self, height: float) -> bool:
-        """Say if a link of the arm, other than its foot, reaches down to a height.
+        """Say if a link, other than the foot of the arm that moves, reaches down to a height.
 
         Args:
             height: in W, m.
@@ -44,7 +44,7 @@ class RobotOutline:
             True if one does.
         """
         lowest = np.minimum(self._from[:, 2], self._to[:, 2]) - self._radii
-        return bool(lowest[self._feet :].min() < height)
+        return bool(lowest[self._may_reach_down].min() < height)
 
     def covers(self, points: Array, margin: float = 0.0) -> NDArray[np.bool_]:
         """Find points that are within the carriage.
@@ -147,6 +147,7 @@ def _capsule_ends(arm: RobotModel, joints: tuple[float, ...]) -> tuple[Array, Ar
 
 
 @cache
-def _radii(arm: RobotModel) -> tuple[Array, int]:
-    """Return the capsules' radii, m, and the number of capsules that no joint moves; they are the first."""
-    return np.array([one.radius for one in arm.capsules]), sum(one.joint == 0 for one in arm.capsules)
+def _radii(arm: RobotModel) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the capsules' radii, m, and False for the foot of the arm that moves."""
+    links = np.array([one.link for one in arm.capsules])
+    return np.array([one.radius for one in arm.capsules]), links != arm.own_links[0]

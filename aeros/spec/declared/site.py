@@ -213,6 +213,13 @@ class Site:
             "that of the reference site if absent"
         },
     )
+    standing_postures: Named[tuple[NumberField, ...]] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "positions of the joints of arms that stand, rad or m, by the prefix of each in the robot "
+            "file, in place of its `posture`, as in `standing_postures: {left_: [0, 0, 0, -2.4, 0, 2.4, 0]}`"
+        },
+    )
     enums: Named[tuple[Identifier, ...]] = field(
         default=MappingField(), metadata={"doc": "closed enumerations"}
     )

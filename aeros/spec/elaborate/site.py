@@ -129,6 +129,9 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         sensor_errors=sensor_errors,
         area_scanners=scanners,
         robot=None if site.robot is None else site.robot.value,
+        standing_postures={
+            name.value: tuple(one.value for one in posture) for name, posture in site.standing_postures
+        },
         moved_by={name.value: frozenset(one.value for one in actuators) for name, actuators in site.moved_by},
     )
 

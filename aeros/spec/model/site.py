@@ -9,6 +9,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -78,6 +79,8 @@ class Site:
         sensor_errors: errors that simulated plants give the sensors.
         area_scanners: scanners that measure how far people are; None if the site says nothing of them.
         robot: name of the robot, or its file relative to the site's; None for that of the reference site.
+        standing_postures: positions of the joints of standing arms by their prefix, rad or m, in place of
+            those of the robot's file.
         recalled_names: names of a module's variables from memory, which its conditions may not read.
     """
 
@@ -119,6 +122,7 @@ class Site:
     moved_by: Mapping[str, frozenset[str]] = field(default_factory=dict)
     recalled_names: frozenset[str] = frozenset()
     robot: str | None = None
+    standing_postures: Mapping[str, tuple[Fraction, ...]] = field(default_factory=dict)
     definitions: Mapping[str, Definition] = field(default_factory=dict)
 
     @cached_property

@@ -275,6 +275,52 @@ class Urdf:
 
 
 @dataclass(frozen=True)
+class StandingArm:
+    """A further arm on the same body, which stands in one posture while the other one moves.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    prefix: Identifier = field(
+        metadata={"doc": "prefix of its links' names, `left_link1` and so on, as in `prefix: left_`"}
+    )
+    robot: TextField = field(
+        metadata={
+            "doc": "the arm: a path relative to this file, or the name of a robot that comes with AEROS or "
+            "an installed distribution, as in `robot: panda`"
+        }
+    )
+    at: Point = field(
+        metadata={
+            "doc": "position of its base in the frame of what carries it, m, as in `at: [0.0, 0.5, 0.0]`"
+        }
+    )
+    posture: Column = field(metadata={"doc": "positions of its joints"})
+    tolerance: Column = field(
+        metadata={
+            "doc": "greatest deviation of each joint from `posture` while the other arm moves, 0 or more: "
+            "what its brakes, or a controller that holds it, ensure"
+        }
+    )
+    roll_pitch_yaw: Point | None = field(
+        default=None,
+        metadata={
+            "doc": "orientation of its base there, about fixed axes, rad, as in "
+            "`roll_pitch_yaw: [0, 0, 1.57]`; 0 if it is left out"
+        },
+    )
+    joint: IntegerField | None = field(
+        default=None,
+        metadata={
+            "doc": "number of the moving arm's joints that carry it, as in `joint: 1`; 0, or left out, if "
+            "both stand on one base"
+        },
+    )
+
+
+@dataclass(frozen=True)
 class Robot:
     """A whole robot file.
 
@@ -309,4 +355,7 @@ class Robot:
     meshes: Urdf | None = field(
         default=None,
         metadata={"doc": "a URDF whose visible meshes viewers show; if absent, that of `urdf`, or the hulls"},
+    )
+    standing_arms: Annotated[tuple[StandingArm, ...], LengthBounds(0, 8)] = field(
+        default=(), metadata={"doc": "further arms on the same body, which stand while this one moves"}
     )

@@ -12,10 +12,8 @@ from aeros.runtime.motion import base_contact, bezier, kinematic_bounds, nearest
 from aeros.runtime.motion.detour import find_base_detour
 from aeros.runtime.motion.link_distance import find_link_contact, hull_pairs
 from aeros.runtime.motion.obstacle_contact import ends_at_obstacle, trim_held_space
-from aeros.runtime.motion.standing_arm import with_standing_arm
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Hull, Obstacle
-from tests.unit.runtime.motion.test_standing_arm import ONE, placed
 from tests.unit.runtime.motion.test_trajectory import APART, BODY, FOLDING, POLICY, decided, motion, servo
 
 POINT: Any = (0.0, 0.0, 0.0)
@@ -72,7 +70,6 @@ def travel(path: Any) -> base_contact.BaseTravel:
         lambda: decided(motion(), policy=replace(POLICY, joint_limits=two_joints())),
         lambda: decided(motion(), "turn", angle=0.5, policy=turning_two_joints()),
         lambda: decided(motion(), joint=cast("Any", (0.0, 0.0))),
-        lambda: with_standing_arm(ONE, ONE, placed(x=cast("Any", (1.0, 0.0, 0.0, 0.0))), (0.0,), (0.0,)),
     ],
 )
 def test_sequences_of_unequal_length_are_refused(call: Callable[[], object]) -> None:

@@ -27,6 +27,7 @@ from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.hosting.hosted import Hosted
 from tests.unit.sim.robot.moving_bases import linear_axis, turning_base
 from tests.unit.sim.robot.panda import QDD_MAX
+from tests.unit.sim.robot.standing_arms.two_armed_robots import two_pandas
 
 REACH: Final = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
 """From where the arm begins, about a second; two joints then move at about 1 rad/s."""
@@ -146,6 +147,8 @@ _MOTORS: Final = replace(
     noise=1e-3,
 )
 
+WITH_TWO_ARMS: Final = "with a second arm"
+
 MOVING_BASES: Final = {"on a linear axis": linear_axis, "on a base that turns": turning_base}
 """Arms on a base whose own joints, some of them prismatic, are part of the chain."""
 
@@ -181,6 +184,10 @@ for _name, _robot in MOVING_BASES.items():
         max_stop_time=0.3,
     )
 
+SUBJECTS[f"kinematic {WITH_TWO_ARMS}"] = replace(
+    KINEMATIC, make_plant=partial(_on_a_moving_base, two_pandas), motion_action=REACH
+)
+
 PHYSICAL: Final = {
     "physics": _MOTORS,
     "physics, joint by joint": replace(_MOTORS, motion_action=JOINTS),
@@ -195,6 +202,7 @@ PHYSICAL: Final = {
         parallel_actions=TOGETHER,
         look_action=act("look", camera="hand"),
     ),
+    f"physics {WITH_TWO_ARMS}": replace(_MOTORS, make_plant=_physics("bare", two_pandas)),
     **{
         f"physics {name}": replace(
             _MOTORS,
@@ -213,7 +221,7 @@ ON_MUJOCO: Final = {
         subject,
         make_plant=_mujoco(
             "fetch" if name == "physics on its carriage" else "bare",
-            MOVING_BASES.get(name.removeprefix("physics "), lambda: None),
+            {**MOVING_BASES, WITH_TWO_ARMS: two_pandas}.get(name.removeprefix("physics "), lambda: None),
         ),
     )
     for name, subject in PHYSICAL.items()

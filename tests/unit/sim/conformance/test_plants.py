@@ -26,7 +26,13 @@ _PRESSING_AS_ANOTHER = {"watched", "kinematic, joint by joint", "physics, joint 
 _AS_ANOTHER = {"watched", "physics, joint by joint"}
 """Subjects with the motions of `kinematic, joint by joint`, in another plant."""
 
-_NIGHTLY = {"kinematic on a base that turns", "physics on a linear axis", "physics on a base that turns"}
+_NIGHTLY = {
+    "kinematic on a base that turns",
+    "physics on a linear axis",
+    "physics on a base that turns",
+    "kinematic with a second arm",
+    "physics with a second arm",
+}
 """Subjects whose every check is `deep`."""
 
 

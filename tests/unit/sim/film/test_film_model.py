@@ -58,6 +58,12 @@ def test_meshes_and_hulls_of_an_arm_are_in_the_same_place(monkeypatch: pytest.Mo
         assert abs(np.dot(mesh.orientation, hull.orientation)) == pytest.approx(1.0, abs=1e-6)
     *_, left, right = meshes.poses(sample)
     assert np.linalg.norm(np.subtract(left.position, right.position)) == pytest.approx(0.08, abs=1e-6)
+    beside = ("left_link3", 2, robot.hulls[2][2])
+    both = arm_of(replace(robot, hulls=(*robot.hulls, beside)))
+    assert len(both.parts) == len(meshes.parts) + 1
+    assert list(both.poses(sample))[:-1] == list(meshes.poses(sample))
+    carrier = list(hulls.poses(sample))[2]
+    assert list(both.poses(sample))[-1].position == pytest.approx(carrier.position)
     monkeypatch.setattr(meshes_module, "data_folder", lambda: None)
     assert isinstance(arm_of(robot), HullArm)
 

@@ -11,6 +11,7 @@ import pytest
 from aeros.sim.film import link_models as module
 from aeros.sim.film.link_models import link_models
 from aeros.sim.robot.robot_file import read_robot
+from tests.unit.sim.robot.standing_arms.two_armed_robots import two_pandas
 
 pytest.importorskip("pybullet_data")
 
@@ -31,6 +32,17 @@ def test_each_mesh_of_a_shipped_robot_is_around_its_hull_and_not_much_beyond(nam
             assert np.allclose(points.min(axis=0), hulls.min(axis=0), atol=0.006)
             assert np.allclose(points.max(axis=0), hulls.max(axis=0), atol=0.006)
             assert all(max(map(max, one.triangles)) < len(one.corners) for one in model.surfaces)
+
+
+def test_meshes_of_a_standing_arm_are_where_its_hulls_are() -> None:
+    robot = two_pandas()
+    models = link_models(robot)
+    assert len(models) == len(robot.body.hulls) == 20
+    for hull, model in models.items():
+        points = np.concatenate([np.array(one.corners) for one in model.surfaces])
+        corners = np.array(hull.corners)
+        assert np.allclose(points.min(axis=0), corners.min(axis=0), atol=0.01)
+        assert np.allclose(points.max(axis=0), corners.max(axis=0), atol=0.01)
 
 
 def test_meshes_of_another_robot_are_not_shown() -> None:

@@ -88,7 +88,7 @@ def test_frictions_are_those_last_set() -> None:
 def test_coupled_joints_go_together_and_a_servo_draws_them_as_hard_as_it_may() -> None:
     model = GrowingModel()
     number = model.add(pair(), AT_ORIGIN, moves=False)
-    model.exclude(number, 0, 1)
+    model.set_contact(number, 0, 1, touch=False)
     model.couple(number, 0, 1)
     model.add_servo(number, 0, 100.0, 20.0)
     built = model.built()
@@ -104,7 +104,7 @@ def test_coupled_joints_go_together_and_a_servo_draws_them_as_hard_as_it_may() -
 def test_a_joint_stops_at_its_limit() -> None:
     model = GrowingModel()
     number = model.add(pair((-0.1, 0.1)), AT_ORIGIN, moves=False)
-    model.exclude(number, 0, 1)
+    model.set_contact(number, 0, 1, touch=False)
     model.add_servo(number, 0, 100.0, 20.0)
     built = model.built()
     built.data.ctrl[0] = 0.3

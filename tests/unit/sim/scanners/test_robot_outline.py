@@ -8,6 +8,7 @@ import pytest
 from aeros.kinematic_chain import frames_of, mounting_of
 from aeros.sim.scanners.robot_outline import RobotOutline
 from tests.unit.sim.robot.panda import CAPSULES, PANDA, PANDA_BODY
+from tests.unit.sim.robot.standing_arms.two_armed_robots import two_pandas
 from tests.unit.sim.scanners.cells import READY
 
 REACHING_DOWN = (0.0, 1.75, 0.0, -0.4, 0.0, 2.0, 0.8)
@@ -33,6 +34,19 @@ def test_the_distance_is_that_of_the_nearest_link_or_of_the_carriage() -> None:
     reach = max(frames[one.joint].to_base(end)[0] + one.radius for one in CAPSULES for end in (one.a, one.b))
     assert outline().distance(ahead) == pytest.approx(3.0 - reach, abs=1e-3)
     assert outline().distance(np.array([(1.1, 2.1)])) == 0.0
+
+
+def test_a_standing_arm_is_a_part_of_the_robot() -> None:
+    both = RobotOutline(two_pandas(), READY, (1.0, 2.0, 0.0), carriage=True)
+    beside = np.array([(1.0, 5.0)])
+    assert both.distance(beside) < outline().distance(beside) - 0.3
+    assert both.distance(np.array([(1.0, -1.0)])) == outline().distance(np.array([(1.0, -1.0)]))
+    # Its foot stands on the base, as the other one does, and is no less seen for that.
+    assert both.reaches_down_to(0.1)
+    assert not outline().reaches_down_to(0.1)
+    foot = np.array([(1.0, 2.5)])
+    assert both.covers_with_links(foot, 0.05, 0.0).tolist() == [True]
+    assert outline().covers_with_links(foot, 0.05, 0.0).tolist() == [False]
 
 
 def test_an_arm_that_reaches_down_covers_what_is_below_its_base() -> None:

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf, nan
+from math import dist, inf, nan, pi
 from random import Random
 
 import numpy as np
 import pytest
 
-from aeros.kinematic_chain import ORIGIN, JointFrame, frames_of, mounting_of
+from aeros.kinematic_chain import PRISMATIC, frames_of, mounting_of
 from aeros.runtime.motion.bezier import Piece
 from aeros.runtime.motion.link_distance import find_link_contact, search_separation
-from aeros.runtime.motion.standing_arm import StandingArm, with_standing_arm
 from aeros.runtime.motion.swept_volume import BarrierBox, Enclosure, SweptMotion, find_breach
 from aeros.runtime.ports import Ball, Hull, JointVector, RobotBody, Vec3
+from aeros.sim.geometry import Pose, to_world
+from aeros.sim.pictures.urdf_model import roll_pitch_yaw
+from aeros.sim.robot.model import ArmMount
+from aeros.sim.robot.standing_arms.standing_arm import with_standing_arm
 from tests.unit.sim.robot.panda import PANDA_BODY, Q_MAX, Q_MIN, READY_POSTURE
 
-BESIDE = StandingArm("left_", JointFrame((0.0, 0.45, 0.0), *ORIGIN[1:]))
+BESIDE = ArmMount("left_", (0.0, 0.45, 0.0))
 """Both arms on one base, 45 cm apart."""
 
 READY: JointVector = tuple(READY_POSTURE.tolist())
@@ -81,10 +84,6 @@ def test_a_clear_motion_keeps_off_a_standing_arm_anywhere_within_its_tolerance()
     assert min(seen.values()) >= 2
 
 
-def placed(**axes: Vec3) -> StandingArm:
-    return StandingArm("left_", ORIGIN._replace(**axes))
-
-
 def test_an_arm_that_turns_into_the_other_is_found_and_alone_it_is_free() -> None:
     reaching = (0.0, 0.6, 0.0, -1.6, 0.0, 2.2, 0.8)
     turned = (1.6, *reaching[1:])
@@ -105,9 +104,7 @@ ONE = RobotBody(
 
 
 def test_the_tolerance_of_the_standing_arm_enlarges_it_by_as_much_as_it_may_move() -> None:
-    carried = StandingArm(
-        "left_", JointFrame((0.0, 0.0, 0.2), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), 1
-    )
+    carried = ArmMount("left_", (0.0, 0.0, 0.2), (0.0, 0.0, pi / 2.0), 1)
     both = with_standing_arm(ONE, ONE, carried, (0.0,), (0.1,))
     _, ball = both.balls
     assert (ball.link, ball.joint) == ("left_arm", 1)
@@ -115,6 +112,45 @@ def test_the_tolerance_of_the_standing_arm_enlarges_it_by_as_much_as_it_may_move
     assert ball.centre == pytest.approx((0.0, 0.5, 0.2))
     assert both.hulls[1].radius == pytest.approx(0.15)
     assert both.dh_rows == ONE.dh_rows
+
+
+MIXED = RobotBody(
+    ((0.0, 0.0, 0.2), (0.0, 1.2, 0.1, 0.3, PRISMATIC), (0.3, -0.7, 0.1), (0.2, 0.9, 0.0)),
+    (0.1, 0.0, 0.2),
+    (Ball("tip", 4, (0.3, 0.1, 0.2), 0.05), Ball("middle", 2, (0.1, 0.2, 0.0), 0.05)),
+    (Hull("tip", 4, ((0.3, 0.1, 0.2), (0.0, 0.4, 0.0)), 0.02), Hull("middle", 2, ((0.1, 0.2, 0.0),), 0.02)),
+)
+"""An arm with a prismatic joint, of points."""
+
+
+def test_no_joint_within_its_tolerance_takes_a_point_out_of_its_enclosure() -> None:
+    chance, tolerance = Random(2), (0.05, 0.02, 0.0, 0.04)  # noqa: S311 - nothing here is secret
+    mount = ArmMount("left_", (0.3, -0.2, 0.1), (0.4, -0.9, 2.0))
+    mountings, places = [mounting_of(row) for row in MIXED.dh_rows], mount.frame
+    nearest = inf
+    for _ in range(20):
+        posture = tuple(chance.uniform(-1.0, 1.0) for _ in range(4))
+        both = with_standing_arm(ONE, MIXED, mount, posture, tolerance)
+        for _ in range(50):
+            # The ends of the ranges, too.
+            off = [chance.choice((-room, room, chance.uniform(-room, room))) for room in tolerance]
+            frames = frames_of(mountings, [q + d for q, d in zip(posture, off, strict=True)])
+            for hull, carried in zip(MIXED.hulls, both.hulls[1:], strict=True):
+                for corner, centre in zip(hull.corners, carried.corners, strict=True):
+                    moved = dist(places.to_base(frames[hull.joint].to_base(corner)), centre)
+                    assert moved <= carried.radius - hull.radius + 1e-12
+                    nearest = min(nearest, carried.radius - hull.radius - moved)
+    assert nearest < 0.01
+    still = with_standing_arm(ONE, MIXED, mount, (0.0,) * 4, (0.0,) * 4)
+    assert [hull.radius for hull in still.hulls[1:]] == [0.02, 0.02]
+
+
+def test_the_place_of_an_arm_is_that_of_urdf() -> None:
+    angles = (0.4, -0.9, 2.0)
+    frame = ArmMount("left_", (1.0, 2.0, 3.0), angles).frame
+    pose = Pose((1.0, 2.0, 3.0), roll_pitch_yaw(*angles))
+    for point in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.2, -0.5, 1.0)):
+        assert frame.to_base(point) == pytest.approx(to_world(pose, point))
 
 
 def test_a_barrier_is_kept_off_by_the_standing_arm_too() -> None:
@@ -125,29 +161,26 @@ def test_a_barrier_is_kept_off_by_the_standing_arm_too() -> None:
     assert breach.link == "left_arm"
 
 
-AT_BASE = StandingArm("left_", ORIGIN)
+AT_BASE = ArmMount("left_", (0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize(
     ("mount", "posture", "tolerance", "message"),
     [
-        (StandingArm("", ORIGIN), (0.0,), (0.0,), "both arms have a link `arm`"),
+        (AT_BASE._replace(prefix=""), (0.0,), (0.0,), "both arms have a link `arm`"),
         (AT_BASE, (), (0.0,), "1 finite positions are needed"),
         (AT_BASE, (nan,), (0.0,), "1 finite positions are needed"),
         (AT_BASE, (0.0,), (), "1 finite tolerances are needed"),
         (AT_BASE, (0.0,), (nan,), "1 finite tolerances are needed"),
         (AT_BASE, (0.0,), (-0.1,), "a tolerance of -0.1 is below 0"),
-        (StandingArm("left_", ORIGIN, 2), (0.0,), (0.0,), "no 2 joints carry the arm: the moving arm has 1"),
-        (StandingArm("left_", ORIGIN, -1), (0.0,), (0.0,), "no -1 joints carry the arm"),
-        (placed(origin=(0.0, inf, 0.0)), (0.0,), (0.0,), "is no rotation and translation"),
-        (placed(x=(0.5, 0.0, 0.0)), (0.0,), (0.0,), "is no rotation and translation"),
-        (placed(z=(0.0, 0.0, -1.0)), (0.0,), (0.0,), "is no rotation and translation"),
-        (placed(y=(nan, 1.0, 0.0)), (0.0,), (0.0,), "is no rotation and translation"),
-        (placed(x=(0.8, 0.6, 0.0)), (0.0,), (0.0,), "is no rotation and translation"),
+        (AT_BASE._replace(joint=2), (0.0,), (0.0,), "no 2 joints carry the arm: the moving arm has 1"),
+        (AT_BASE._replace(joint=-1), (0.0,), (0.0,), "no -1 joints carry the arm"),
+        (AT_BASE._replace(at=(0.0, inf, 0.0)), (0.0,), (0.0,), "the place of the arm is not finite"),
+        (AT_BASE._replace(roll_pitch_yaw=(nan, 0.0, 0.0)), (0.0,), (0.0,), "the place of the arm is not"),
     ],
 )
 def test_numbers_that_would_make_the_standing_arm_too_small_or_misplace_it_are_refused(
-    mount: StandingArm, posture: JointVector, tolerance: JointVector, message: str
+    mount: ArmMount, posture: JointVector, tolerance: JointVector, message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):
         with_standing_arm(ONE, ONE, mount, posture, tolerance)
@@ -156,28 +189,4 @@ def test_numbers_that_would_make_the_standing_arm_too_small_or_misplace_it_are_r
 def test_a_link_of_one_kind_of_volume_alone_is_a_link_too() -> None:
     for other in (replace(ONE, balls=()), replace(ONE, hulls=())):
         with pytest.raises(ValueError, match="both arms have a link `arm`; choose another prefix"):
-            with_standing_arm(ONE, other, StandingArm("", ORIGIN), (0.0,), (0.0,))
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_any_rotation_is_a_place_and_one_that_is_mirrored_or_stretched_is_none(seed: int) -> None:
-    axes = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0].T
-    axes[2] *= np.linalg.det(axes)  # no reflection
-
-    def at(rows: np.ndarray) -> RobotBody:
-        x, y, z = (tuple(row) for row in rows.tolist())
-        return with_standing_arm(ONE, ONE, placed(x=x, y=y, z=z), (0.0,), (0.0,))
-
-    assert len(at(axes).balls) == 2
-    for row in range(3):
-        for column in range(3):
-            bent = axes.copy()
-            bent[row, column] += 1e-6
-            with pytest.raises(ValueError, match="is no rotation and translation"):
-                at(bent)
-        mirrored = axes.copy()
-        mirrored[row] *= -1.0
-        with pytest.raises(ValueError, match="is no rotation and translation"):
-            at(mirrored)
-    with pytest.raises(ValueError, match="is no rotation and translation"):
-        at(axes * 1.1)
+            with_standing_arm(ONE, other, AT_BASE._replace(prefix=""), (0.0,), (0.0,))

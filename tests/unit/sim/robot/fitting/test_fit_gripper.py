@@ -8,7 +8,7 @@ import pytest
 
 from tools.fit_gripper import read_gripper_urdf
 
-URDF = Path(__file__).parent / "scara" / "gripper.urdf"
+URDF = Path(__file__).parents[1] / "scara" / "gripper.urdf"
 TEXT = URDF.read_text(encoding="utf-8")
 
 
