@@ -21,6 +21,7 @@ class Capsule(NamedTuple):
         a: one end of the axis, in the frame of that joint, m.
         b: the other end.
         radius: m.
+        slack: farther that the link may be from there, m; 0 of links whose joints are measured.
     """
 
     link: str
@@ -28,6 +29,7 @@ class Capsule(NamedTuple):
     a: Vec3
     b: Vec3
     radius: float
+    slack: float = 0.0
 
 
 def enclosing_balls(capsule: Capsule) -> tuple[Ball, ...]:

@@ -260,7 +260,7 @@ def _excesses(policy: MotionPolicy, robot: RobotModel) -> Iterator[str]:
             needs = (
                 "it is prismatic and needs 1 m/jpos"
                 if unit == "m"
-                else f"in the ready posture a link is {least:.3f} m from its axis"
+                else f"in the ready posture a link is {least:.5g} m from its axis"
             )
             yield f"the site's lever of joint {joint} is {float(lever):g}; {needs}"
 

@@ -32,7 +32,7 @@ class RobotOutline:
         self._base = np.array(base)
         self._carriage = carriage
         self._from, self._to = (ends + self._base for ends in _capsule_ends(arm, tuple(joints)))
-        self._radii, self._may_reach_down = _radii(arm)
+        self._radii, self._slack, self._may_reach_down = _radii(arm)
 
     def reaches_down_to(self, height: float) -> bool:
         """Say if a link, other than the foot of the arm that moves, reaches down to a height.
@@ -85,9 +85,10 @@ class RobotOutline:
             points: (n, 2), m; at least one.
 
         Returns:
-            The distance, m; 0 inside it.
+            The distance, m, of the links where they may be nearest; 0 inside it.
         """
-        links = _from_segments(points, self._from[:, :2], self._to[:, :2]) - self._radii[:, None]
+        reach = (self._radii + self._slack)[:, None]
+        links = _from_segments(points, self._from[:, :2], self._to[:, :2]) - reach
         nearest = float(links.min())
         if self._carriage:
             beyond = np.maximum(self._beyond_carriage(points), 0.0)
@@ -147,7 +148,7 @@ def _capsule_ends(arm: RobotModel, joints: tuple[float, ...]) -> tuple[Array, Ar
 
 
 @cache
-def _radii(arm: RobotModel) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the capsules' radii, m, and False for the foot of the arm that moves."""
-    links = np.array([one.link for one in arm.capsules])
-    return np.array([one.radius for one in arm.capsules]), links != arm.own_links[0]
+def _radii(arm: RobotModel) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return the capsules' radii and slacks, m, and False for the foot of the arm that moves."""
+    links, radii, slacks = zip(*[(one.link, one.radius, one.slack) for one in arm.capsules], strict=True)
+    return np.array(radii), np.array(slacks), np.array(links) != arm.own_links[0]

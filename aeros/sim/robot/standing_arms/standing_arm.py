@@ -3,7 +3,7 @@
 A branch of a tree of links that stands still is rigid: its hulls and balls move with the link that carries
 it. So the sweep keeps the links of all arms apart, and all of them off barriers, as it does for one chain.
 A joint of an arm that stands may be off its posture by a tolerance; each hull and each ball is enlarged by
-the way that this moves it.
+the way that this moves it, and distances from people are less by it.
 
 Not modelled: what a standing arm holds; its fingers are closed. Barriers that name `links` hold for a
 standing arm only if they name its links, prefix included.
@@ -142,8 +142,8 @@ def joints_outside(model: RobotModel, posture: JointVector) -> Iterator[tuple[in
         if not low <= value <= high:
             yield (
                 joint,
-                f"joint {joint + 1} of `{model.name}` stands at {value:.4g} "
-                f"{position_unit(model.body.dh_rows[joint])}, outside of its limits, {low:.4g} to {high:.4g}",
+                f"joint {joint + 1} of `{model.name}` stands at {value:.7g} "
+                f"{position_unit(model.body.dh_rows[joint])}, outside of its limits, {low:.7g} to {high:.7g}",
             )
 
 
@@ -235,8 +235,10 @@ def _carried_capsules(arm: StandingArm) -> Iterator[Capsule]:
     """Yield the capsules of an arm in the frame of the joint that carries it."""
     frames, mount = frames_of(arm.model.mountings, arm.posture), arm.mount
     for one in arm.model.capsules:
-        a, b = (mount.frame.to_base(frames[one.joint].to_base(end)) for end in (one.a, one.b))
-        yield Capsule(f"{mount.prefix}{one.link}", mount.joint, a, b, one.radius)
+        ends = [frames[one.joint].to_base(end) for end in (one.a, one.b)]
+        moved = max(_displacement(arm.model.body, arm.posture, arm.tolerance, one.joint, end) for end in ends)
+        a, b = map(mount.frame.to_base, ends)
+        yield Capsule(f"{mount.prefix}{one.link}", mount.joint, a, b, one.radius, one.slack + moved)
 
 
 def _check(

@@ -148,8 +148,5 @@ class StandingArmReader:
                 tolerance = None
         return posture, tolerance
 
-    def _column(self, column: declared.Column, slides: list[bool]) -> JointVector:
-        return tuple(read_column(column, POSITION, slides, self._diagnostics, signed=True).tolist())
-
     def _report(self, headline: str, span: SourceSpan, cure: str) -> None:
         self._diagnostics.error("AE208", headline, span, help=(cure,))

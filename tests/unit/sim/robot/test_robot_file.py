@@ -245,7 +245,7 @@ def test_a_site_names_a_file_beside_it(tmp_path: Path, write: Write) -> None:
         (
             "[0.99, 0.99, 0.745,",
             "[0.99, 0.99, 0.5,",
-            "lever of joint 3 is 0.5; in the ready posture a link is 0.544 m from its axis",
+            "lever of joint 3 is 0.5; in the ready posture a link is 0.5437 m from its axis",
         ),
         ("[link5, link6, link7,", "[link5, link6, link8,", "names `link8`; the robot has no such link"),
         (

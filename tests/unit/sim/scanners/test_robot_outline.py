@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import product
+
 import numpy as np
 import pytest
 
 from aeros.kinematic_chain import frames_of, mounting_of
+from aeros.sim.robot.standing_arms.standing_arm import with_standing_arms
 from aeros.sim.scanners.robot_outline import RobotOutline
 from tests.unit.sim.robot.panda import CAPSULES, PANDA, PANDA_BODY
 from tests.unit.sim.robot.standing_arms.two_armed_robots import two_pandas
@@ -47,6 +51,25 @@ def test_a_standing_arm_is_a_part_of_the_robot() -> None:
     foot = np.array([(1.0, 2.5)])
     assert both.covers_with_links(foot, 0.05, 0.0).tolist() == [True]
     assert outline().covers_with_links(foot, 0.05, 0.0).tolist() == [False]
+
+
+def test_a_person_may_be_nearer_to_a_standing_arm_by_its_tolerance() -> None:
+    (arm,), ahead = two_pandas().standing_arms, np.array([(1.5, 0.5)])
+    inside = np.array([(x, y) for x in np.arange(-0.5, 0.6, 0.02) for y in np.arange(0.0, 1.0, 0.02)])
+
+    def standing(tolerance: float, posture: tuple[float, ...] = arm.posture) -> RobotOutline:
+        one = replace(arm, posture=posture, tolerance=(tolerance,) * 7)
+        return RobotOutline(with_standing_arms(PANDA, [one]), READY, (0.0, 0.0, 0.0), carriage=False)
+
+    exact, loose = standing(0.0), standing(0.05)
+    assert loose.distance(ahead) < exact.distance(ahead) - 0.05
+    for signs in product((-0.05, 0.05), repeat=4):
+        off = tuple(np.add(arm.posture, (0.0, *signs, 0.0, 0.0)).tolist())
+        assert standing(0.0, off).distance(ahead) >= loose.distance(ahead)
+    # What is in the way of a ray there may be a person: it is not taken for the arm.
+    covered = exact.covers_with_links(inside, 0.4, 0.0)
+    assert covered.any()
+    assert (loose.covers_with_links(inside, 0.4, 0.0) == covered).all()
 
 
 def test_an_arm_that_reaches_down_covers_what_is_below_its_base() -> None:

@@ -63,9 +63,9 @@ def test_links_of_a_standing_arm_are_where_its_posture_has_them() -> None:
         (changed(POSTURE, "[0, 0, 0]"), "this column has 3 values; the chain has 7 joints", "unit: rad"),
         (changed(TOLERANCE, "[5]"), "this column has 1 values; the chain has 7 joints", "unit: mrad"),
         (
-            changed("-2.7", "2.7"),
-            "joint 4 of `panda` stands at 2.7 rad, outside of its limits, -3.072 to -0.0698",
-            "2.7",
+            changed("-2.7", "-3.0719"),
+            "joint 4 of `panda` stands at -3.0719 rad, outside of its limits, -3.0718 to -0.0698",
+            "-3.0719",
         ),
         (changed("-2.7", ".nan"), "`values`: expected a number, found `.nan`", ".nan"),
         (changed("unit: rad", "unit: m"), "expected a unit of rad, found `m`", "m"),
