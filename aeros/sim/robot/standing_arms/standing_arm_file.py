@@ -65,12 +65,14 @@ class StandingArmReader:
             if arm is None:
                 continue
             try:
-                model = with_standing_arms(model, (arm,))
+                with_it = with_standing_arms(model, (arm,))
             except ValueError as failure:
                 self._report(str(failure), one.prefix.span, "give each arm a prefix of its own")
                 continue
-            overlap = find_overlap(model)
-            if overlap is not None:
+            overlap = find_overlap(with_it)
+            if overlap is None:
+                model = with_it
+            else:
                 first, second = overlap
                 self._report(
                     f"`{second}` overlaps `{first}` in the ready posture",

@@ -111,6 +111,13 @@ def test_faults_have_place_cause_and_cure(tmp_path: Path, section: str, headline
     assert span.source.text[span.start :].startswith(marked)
 
 
+def test_each_arm_that_overlaps_another_is_reported_once(tmp_path: Path) -> None:
+    inside, further = changed("at: [0.0, 0.5", "at: [0.0, 0.1"), ARM.replace("left_", "third_")
+    found = faults_of(write_two_arms(tmp_path, inside + further + further.replace("third_", "fourth_")))
+    overlapping = ["`left_link1` overlaps `foot`", "`fourth_link1` overlaps `third_foot`"]
+    assert [one.headline for one in found] == [f"{one} in the ready posture" for one in overlapping]
+
+
 def test_a_circle_of_files_is_found_and_a_fault_of_a_carried_arm_has_its_own_file(tmp_path: Path) -> None:
     first = write_two_arms(tmp_path, changed("robot: panda", "robot: other.yaml"))
     other = write_two_arms(tmp_path, changed("robot: panda", "robot: two_pandas.yaml"), name="other")
