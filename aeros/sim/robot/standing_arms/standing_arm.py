@@ -33,7 +33,7 @@ from aeros.kinematic_chain import (
 from aeros.runtime.ports import Ball, Hull, JointVector, RobotBody, Vec3
 from aeros.sim.robot.body import Capsule
 from aeros.sim.robot.model import ArmMount, RobotModel, StandingArm
-from aeros.sim.robot.self_contact import are_near
+from aeros.sim.robot.self_contact import are_near, find_self_contact
 
 _FOOT: Final = "foot"
 """Name of the link of an arm that no joint of it moves."""
@@ -161,7 +161,7 @@ def fixed_in_posture(arm: StandingArm) -> RobotModel:
 
 
 def find_overlap(model: RobotModel) -> tuple[str, str] | None:
-    """Search for a standing arm that overlaps another link in the robot's ready posture.
+    """Search for a standing arm that overlaps another link in the robot's ready posture, or itself.
 
     A foot may touch what carries it, and other feet.
 
@@ -173,6 +173,11 @@ def find_overlap(model: RobotModel) -> tuple[str, str] | None:
     """
     frames = frames_of(model.mountings, model.postures.ready.tolist())
     corners = {one.link: np.array([*map(frames[one.joint].to_base, one.corners)]) for one in model.body.hulls}
+    for arm in model.standing_arms:
+        found = find_self_contact(arm.model, arm.posture)
+        if found is not None:
+            first, second = (f"{arm.mount.prefix}{link}" for link in found)
+            return first, second
     for one, other in _pairs_of_standing(model):
         if are_near(corners[one.link], corners[other.link], one.radius + other.radius):
             return one.link, other.link

@@ -136,16 +136,15 @@ def test_a_circle_of_files_is_found_and_a_fault_of_a_carried_arm_has_its_own_fil
 
 def test_an_arm_may_carry_an_arm_that_has_one(tmp_path: Path) -> None:
     write_two_arms(tmp_path, name="pair")
-    robot = read_robot(
-        str(
-            write_two_arms(
-                tmp_path, changed("robot: panda", "robot: pair.yaml").replace("at: [0.0", "at: [-0.3")
-            )
-        )
-    )
+    section = changed("robot: panda", "robot: pair.yaml").replace("at: [0.0", "at: [-0.3")
+    robot = read_robot(str(write_two_arms(tmp_path, section)))
     names = [hull.link for hull in robot.body.hulls]
     assert len(names) == len({*names}) == 30
     assert "left_left_hand" in names
+    into_it = section.replace(POSTURE, "[0.95, 0.6, 0.0, -1.6, 0.0, 2.2, 0.8]")
+    found = faults_of(write_two_arms(tmp_path, into_it, name="other"))[0]
+    assert found.headline.startswith("`left_link")
+    assert "overlaps `left_left_" in found.headline
 
 
 @pytest.fixture(scope="module")
@@ -179,6 +178,7 @@ def test_a_site_may_let_the_arm_stand_elsewhere(site: Site) -> None:
         ({"left_": (0, 0)}, "the posture of `left_` has 2 values; it has 7 joints"),
         ({"left_": (0, 0, 0, 2, 0, 1, 0)}, "joint 4 of `panda` stands at 2 rad, outside of its limits"),
         ({"left_": (-1.57, 1.2, 0, -0.5, 0, 1.5, 0)}, "`left_link5` overlaps `link"),
+        ({"left_": (0, 1.7, 0, -3.07, 0, 0, 0)}, "`left_link5` overlaps `left_foot`"),
     ],
 )
 def test_a_site_whose_posture_does_not_fit_is_refused(site: Site, postures: Any, headline: str) -> None:
