@@ -52,6 +52,7 @@ _EXAMPLES = """\
 examples:
   aeros verify ecms/                          every module below, under the reference site
   aeros verify my_module --site cell.yaml     one module under another site
+  aeros verify --site cell.yaml               the site alone
   aeros verify clean_pot --bind clean_pot.surface=bench --set clean_pot.force="6 N"
                                               bound and set as given; the certificate names it
   aeros verify ecms/ --format json            for programs; `aeros schema report` prints its schema
@@ -80,7 +81,7 @@ def add_to(commands: Subparsers) -> None:
         nargs="*",
         type=existing_path,
         metavar="PATH",
-        help="a module, or a folder of modules (default: `ecms` of aeros.toml)",
+        help="a module, or a folder of modules (default: `ecms` of aeros.toml; with --site alone, none)",
     )
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
@@ -222,8 +223,11 @@ def _require_consistent(arguments: argparse.Namespace) -> None:
     Raises:
         UsageError: repairs are asked for with an option that excludes them.
     """
-    if not arguments.paths:
-        raise UsageError("name a module or a folder of modules, or set `ecms` in aeros.toml")
+    if not arguments.paths and (arguments.site is None or "site" in arguments.from_settings):
+        raise UsageError(
+            "name a module or a folder of modules, or set `ecms` in aeros.toml; "
+            "`--site FILE` alone proves a site without modules"
+        )
     if arguments.watch and (arguments.format != "text" or arguments.output is not None):
         raise UsageError("--watch prints text, again and again: leave out --format and --output")
     if arguments.fix and arguments.check:
