@@ -59,7 +59,6 @@ def _command(arguments: argparse.Namespace) -> Exit:
     run = ["run", arguments.instruction, "--ecms", modules, *site, "--plant", best_plant()]
     run += ["--state", str(arguments.state)]
     run += [] if arguments.out is None else ["--out", str(arguments.out)]
-    code = 0
     for words in (["verify", modules, *site, "--no-lock"], run):
         print_line(f"$ aeros {shlex.join(words)}")
         code = main(words)

@@ -25,6 +25,7 @@ from aeros.spec.model.variables import Declared
 _INDENT = " " * 8
 _MAX_CHARS = 400
 _HEXADECIMAL = re.compile(r"[0-9a-f]{32,}")
+_EXACT_FROM = 1000.0  # from here on, numbers are times and the like, which six digits would falsify
 
 
 def add_filters(parser: argparse.ArgumentParser) -> None:
@@ -247,7 +248,7 @@ def _summary(record: Record) -> str:
 def _shortened(value: Any) -> Any:
     """Round numbers, and shorten digests and keys; `--format json` has them whole."""
     if type(value) is float and isfinite(value):
-        return float(f"{value:.6g}")
+        return float(f"{value:.6g}") if abs(value) < _EXACT_FROM else round(value, 3)
     if type(value) is str and _HEXADECIMAL.fullmatch(value):
         return f"{value[:12]}…"
     if type(value) is list:

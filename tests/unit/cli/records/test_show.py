@@ -314,3 +314,4 @@ def test_numbers_digests_and_versions_are_short_for_people() -> None:
     text = format_record(record("session-opened", configuration="0f" * 32, modules=modules), None)
     assert text.endswith('{"configuration": "0f0f0f0f0f0f…", "modules": {"tidy": "1.0.0"}}')
     assert format_record(record("x", much="z" * 500), None).endswith("z…")
+    assert format_record(record("x", time=1796140000.1234), None).endswith('{"time": 1796140000.123}')
