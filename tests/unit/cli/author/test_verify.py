@@ -335,7 +335,7 @@ def test_a_site_is_proved_alone_if_it_is_given_alone(
     assert main(["verify"]) == Exit.USAGE
 
 
-def test_a_site_file_in_place_of_a_module_is_told_where_it_goes(
+def test_a_site_file_in_place_of_a_module_gets_a_cure(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     site = str(CORPUS / "site" / "table.yaml")
