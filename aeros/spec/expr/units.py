@@ -254,6 +254,32 @@ def to_unit(value: Fraction, unit: Unit) -> Fraction:
     return value if unit.factor == 1 else value / unit.factor  # fractions are slow, and most units are SI
 
 
+def cure_of_bare_number(number: str, dimension: Dimension) -> str:
+    """Say how to write a number that lacks its unit.
+
+    Args:
+        number: the number as it was written.
+        dimension: dimension that it must have.
+
+    Returns:
+        Text for the help of an error.
+    """
+    return f"write the number with its unit, as in `{number} {dimension}`{other_units(dimension)}"
+
+
+def other_units(dimension: Dimension) -> str:
+    """List the units of a dimension beside that of SI, for the help of an error.
+
+    Args:
+        dimension: the dimension.
+
+    Returns:
+        A clause; empty if there are none.
+    """
+    others = [name for name in units_of(dimension) if name != str(dimension)]
+    return f"; other units are {', '.join(f'`{name}`' for name in others)}" if others else ""
+
+
 def format_quantity(value: Fraction, unit: Unit) -> str:
     """Format a value as a person would write it.
 

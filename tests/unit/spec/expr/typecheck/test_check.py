@@ -150,7 +150,7 @@ FAULTS = [
         "as an inv",
     ),
     ("x + speed <= 1 m", "AE204", "real [m] is added to real [m/s]", "speed", "same unit"),
-    ("x <= 3", "AE204", "real [m] is compared with real [1]", "3", "same unit"),
+    ("x <= 3", "AE204", "real [m] is compared with real [1]", "3", "as in `3 m`"),
     ("p == v", "AE204", "vec3 [m] is compared with vec3 [m/s]", "v", None),
     ("distance(p, v) <= 1 m", "AE204", "vec3 [m] is compared with vec3 [m/s]", "v", None),
     ("norm(p) <= 1 m/s", "AE204", "real [m] is compared with real [m/s]", "1 m/s", None),
