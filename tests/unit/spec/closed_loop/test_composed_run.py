@@ -221,16 +221,16 @@ def test_one_order_of_branches_may_end_a_condition_around_them() -> None:
 
 
 def test_handlers_that_lead_back_to_each_other_are_named_with_their_composition() -> None:
-    with pytest.raises(HandlerCycleError, match="^the handlers of `c` lead back to each other$") as found:
+    with pytest.raises(HandlerCycleError, match=r"^the handlers of `c` lead back to each other$") as found:
         run(step("dough", last="again"), again=step("water", last="again"))
     assert found.value.composition.id == "c"
 
 
 def test_a_run_comes_through_so_many_states_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    body = Seq((step("water"), step("dough")))  # through three states
-    monkeypatch.setattr(composed_run, "MAX_STATES", 3)
-    assert run(body)[0]
+    body = Seq((step("water"), step("dough")))  # through two states after the start
     monkeypatch.setattr(composed_run, "MAX_STATES", 2)
+    assert run(body)[0]
+    monkeypatch.setattr(composed_run, "MAX_STATES", 1)
     with pytest.raises(RunTooLargeError):
         run(body)
 
@@ -247,8 +247,7 @@ def test_the_goal_may_be_reached_while_a_branch_that_changes_nothing_still_runs(
     done, failed, made = run(both, term(f"{FILLING} and not {DOUGH}"))
     assert (made.is_exact, made.is_success_known, failed) == (False, False, {})
     reached = ((False, False, False), DONE, (False, True, False), (True, True, False))
-    assert shown(done) == dict.fromkeys(reached, (0, 0, 0, 0)) | dict.fromkeys(done, (0, 0, 0, 0))
-    assert {*reached} <= done.keys()
+    assert shown(done) == dict.fromkeys(reached, (0, 0, 0, 0))
 
 
 def test_what_branches_change_is_put_together() -> None:
