@@ -237,8 +237,8 @@ def test_a_chance_of_exactly_the_least_is_still_chance(monkeypatch: pytest.Monke
 
 def test_chances_are_fractions_also_of_nothing() -> None:
     never = skill("never", replace(SEEN, probability=Fraction(1)))
-    found = (failure_probability(never), chance_of_failures(TWENTIETH, 0), chance_of_streak([]))
-    assert found == (0, 1, 1)
+    found = [failure_probability(never), chance_of_failures(TWENTIETH, 0), chance_of_streak([])]
+    assert found == [0, 1, 1]
     assert {type(one) for one in found} == {Fraction}
     assert type(success_probability(never, lambda _: False)) is Fraction
 

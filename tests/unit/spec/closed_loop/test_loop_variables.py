@@ -54,8 +54,7 @@ def test_values_are_listed_and_quantities_have_cells_at_every_number_that_is_sta
 
 def test_a_start_has_the_values_that_are_stated_and_all_of_others() -> None:
     found = variables("fill_level > 0.5 and dumpling_cooked", FILL, initial={"fill_level": HALF})
-    starts = dict(zip(found.variables, found.starts({"fill_level": HALF}), strict=True))
-    assert starts == {"fill_level": (HALF,), "dumpling_cooked": (False, True)}
+    assert found.starts({"fill_level": HALF}) == {"fill_level": (HALF,), "dumpling_cooked": (False, True)}
 
 
 @pytest.mark.parametrize("end", [HOLD_LOST, STOPPED])
