@@ -11,6 +11,7 @@ from aeros.spec.closed_loop.findings import LoopFindings
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.reachability import ReachableStates, UnlistedStatesError, explore_system
 from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
+from aeros.spec.closed_loop.symbolic.program import PLAN, Place
 from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.verdicts import Verdict
@@ -48,6 +49,7 @@ def compare(make: Callable[[int], Loop], seed: int) -> None:
         assert all(found[claim] for claim, holds in expected.items() if holds and claim != "choices")
     else:
         assert found == expected
+        assert_same_states(by_sets, listed)
     for claim, holds in expected.items():
         SEEN[f"{claim.split()[0]} {holds}"] += 1
     if all(holds for claim, holds in found.items() if claim not in ("choices", "AE805")):
@@ -78,13 +80,32 @@ def assert_paths_are_runs(by_sets: SymbolicLoop, listed: ReachableStates) -> Non
             assert not by_sets.system.condition(invariant.term)(path.end)
 
 
-@pytest.mark.parametrize("make", [number_loop, composed_loop])
-@pytest.mark.parametrize(
-    "seeds", [range(120), pytest.param(range(1000, 4000), marks=pytest.mark.deep)], ids=["few", "many"]
-)
-def test_sets_of_states_have_the_same_faults_as_listed_states(
-    make: Callable[[int], Loop], seeds: range
-) -> None:
+def assert_same_states(by_sets: SymbolicLoop, listed: ReachableStates) -> None:
+    """Each place of the program has the states that are listed, and the same have the goal within reach."""
+    sets, reachable, bits = by_sets.fixpoints.sets, by_sets.fixpoints.reachable, by_sets.program.plan_bits
+    width = sum(len(sets.bits[name]) for name in sets.after_names)
+    found: dict[Place, list[dict[str, object]]] = {place: [] for place in reachable if is_listed(place)}
+    stuck = {node.state for node in listed.nodes_that_can_miss_goal()}
+    for node in listed.graph:
+        rest = node.remaining_rules
+        place = Place(node.phase, rest[0] if rest else 0, node.tries if node.phase != "reset" else 0)
+        if place in found:
+            due = {bit: at in rest[1:] for at, bit in enumerate(bits)}
+            found[place].append({**by_sets.system.named(node.state), **due})
+            if place == PLAN:
+                hopeful = by_sets.fixpoints.hopeful[-1][PLAN]
+                assert sets.contains(hopeful, found[place][-1]) is (node.state not in stuck)
+    for place, states in found.items():
+        assert sets.bdd.count(reachable[place] & sets.valid, width) == len(states)
+        assert all(sets.contains(reachable[place], state) for state in states)
+
+
+def is_listed(place: Place) -> bool:
+    """Tell whether the states of a place are nodes of the list, each once."""
+    return place.kind != "inside" and (place.kind != "try" or place.tries > 0)
+
+
+def assert_same_faults(make: Callable[[int], Loop], seeds: range) -> None:
     SEEN.clear()
     for seed in seeds:
         compare(make, seed)
@@ -92,6 +113,19 @@ def test_sets_of_states_have_the_same_faults_as_listed_states(
     assert SEEN["proved"] > len(seeds) / 50
     for code in ("AE801", "AE802", "AE804"):
         assert min(SEEN[f"{code} True"], SEEN[f"{code} False"]) > len(seeds) / 30
+
+
+_MANY = pytest.param(range(1000, 4000), marks=pytest.mark.deep)
+
+
+@pytest.mark.parametrize("seeds", [range(80), _MANY], ids=["few", "many"])
+def test_sets_of_states_have_the_same_faults_as_listed_states(seeds: range) -> None:
+    assert_same_faults(number_loop, seeds)
+
+
+@pytest.mark.parametrize("seeds", [range(28, 60), _MANY], ids=["few", "many"])
+def test_so_they_have_inside_compositions(seeds: range) -> None:
+    assert_same_faults(composed_loop, seeds)
 
 
 @pytest.mark.parametrize("seeds", [range(1, 12), pytest.param(range(12, 60), marks=pytest.mark.deep)])
