@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from typing import Literal
+from typing import Any, Literal
 
 import pytest
 
+from aeros.spec.closed_loop import invocation
+from aeros.spec.closed_loop.giving_up import FinishedStreak, RunHistory, declared_beliefs
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.loop_variables import StateSpaceError, skills_of
 from aeros.spec.closed_loop.transition_system import LoopState, Transition, TransitionSystem
+from aeros.spec.expr.effects import QuantityRange
+from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Ecm, PlanningRule, Skill, Task, TaskInvariant
-from tests.unit.agent.dumplings import given_input, module, outcome, rule, site, skill, task, term
+from aeros.spec.model.step_graph import Seq, TimedPart
+from tests.unit.agent.dumplings import SPAN, given_input, module, outcome, rule, site, skill, task, term
 
 WRAPPED, COOKED, ALIGNED = "dumpling_wrapped", "dumpling_cooked", "wrapper_aligned"
 HALF, QUARTER = Fraction(1, 2), Fraction(1, 4)
@@ -220,3 +225,148 @@ def test_the_task_s_predicates_include_those_of_its_invariants() -> None:
     ecm = kitchen(*RULES)
     pursued: Task = replace(ecm.tasks["cook"], invariants=(TaskInvariant("k", term(kept), kept, ecm.span),))
     assert kept in TransitionSystem(ecm, pursued, site()).names
+
+
+# Systems in which the run may be given up.
+
+CLEAN: dict[str, Any] = {COOKED: False, WRAPPED: False, ALIGNED: False, "fill_level": HALF, "area": "pot"}
+NONE = (False, False, False)
+BOILING = kitchen(RULES[0], rule(COOKED, "boil"))
+
+
+def believing(ecm: Ecm, **more: Any) -> TransitionSystem:
+    beliefs = replace(declared_beliefs(ecm), **more)
+    return TransitionSystem(ecm, ecm.tasks["cook"], site(), beliefs)
+
+
+def planned(system: TransitionSystem) -> LoopState:
+    """What follows the first plan."""
+    (move,) = system.transitions(LoopState("plan", system.start(CLEAN)))
+    return move.target
+
+
+def history(node: LoopState) -> RunHistory:
+    found = node.state[-1]
+    assert isinstance(found, RunHistory)
+    return found
+
+
+def test_the_history_of_a_run_has_its_plan_and_its_failures() -> None:
+    system = believing(BOILING)
+    first = planned(system)
+    assert first == LoopState("try", (*NONE, RunHistory(plan=(0, 1), planned_in=NONE)), (0, 1))
+    done, failed = (move.target for move in system.transitions(first))
+    assert history(done).failures == frozenset()
+    assert (failed.phase, history(failed).failures) == ("recover", {(NONE, "wrap", 1)})
+    (after,) = system.transitions(failed)
+    assert (after.target.phase, history(after.target).failures) == ("try", {(NONE, "wrap", 1)})
+    last = system.transitions(after.target)[1].target
+    assert (last.phase, history(last).plan, history(last).planned_in) == ("plan", (), ())
+
+
+def test_a_step_that_cannot_start_twice_ends_the_run() -> None:
+    system = believing(BOILING)
+    state = planned(system).state
+    (move,) = system.transitions(LoopState("try", state, (1,)))
+    noted = frozenset({(1, NONE)})
+    assert move.target == LoopState("plan", (*NONE, RunHistory(not_started=noted)))
+    (again,) = system.transitions(move.target)
+    (move,) = system.transitions(LoopState("try", again.target.state, (1,)))
+    assert history(move.target).gave_up
+    (end,) = system.transitions(move.target)
+    assert end == Transition(LoopState("given up", move.target.state))
+    assert system.transitions(end.target) == []
+    reached = LoopState("plan", (True, *move.target.state[1:]))
+    assert system.transitions(reached)[0].target.phase == "reached"
+
+
+def test_a_plan_that_is_carried_out_is_noted() -> None:
+    system = believing(BOILING)
+    (move,) = system.transitions(LoopState("try", planned(system).state))
+    streak = FinishedStreak().with_finish(Fraction(1))
+    assert move.target.phase == "plan"
+    assert history(move.target) == RunHistory(finished=frozenset({((0, 1), NONE, streak)}))
+
+
+@pytest.mark.parametrize(
+    ("more", "seen"),
+    [
+        ({}, ("pot", *NONE)),
+        ({"hidden": frozenset({WRAPPED})}, ("pot", False, False)),
+        ({"in_any_state": True}, ()),
+    ],
+)
+def test_states_differ_for_the_agent_in_what_it_measures_but_quantities(
+    more: dict[str, Any], seen: tuple[Any, ...]
+) -> None:
+    ecm = kitchen(rule("fill_level > 0.9 and area == table", "align"), rule(WRAPPED, "wrap"), RULES[1])
+    assert history(planned(believing(ecm, **more))).planned_in == seen
+
+
+def test_a_skill_in_whose_place_another_may_be_tried_is_not_given_up() -> None:
+    def failing(ecm: Ecm, name: str, **more: Any) -> set[tuple[Any, ...]]:
+        """Failures that are noted where the step or the recovery of this skill fails."""
+        system = believing(ecm, **more)
+        rest = planned(system).remaining_rules
+        nodes = [LoopState(phase, system.start(CLEAN), rest[-1:], 1) for phase in ("try", "recover")]
+        moves = [
+            move for node in nodes for move in system.transitions(node) if move.label == f"{name} → cold"
+        ]
+        assert moves
+        return {one for move in moves for one in history(move.target).failures}
+
+    noted = {(NONE, "steam", 1)}
+    alone = rule(COOKED, "steam", 1, "align")
+    assert failing(kitchen(alone), "steam") == {((False, False), "steam", 1)}
+    assert failing(kitchen(RULES[0], RULES[1]), "steam") == set()
+    named = {"boil": "steam"}
+    assert failing(kitchen(*RULES), "steam", names=named) == noted
+    assert failing(kitchen(rule(WRAPPED, "wrap", 1, "steam")), "steam") == noted
+    assert failing(kitchen(rule(WRAPPED, "wrap", 1, "cooking")), "steam") == set()
+
+
+def test_an_agent_that_never_gives_up_has_no_history_and_one_that_does_so_soonest_sees_no_states() -> None:
+    system = believing(BOILING)
+    never = system.never_giving_up()
+    assert planned(never) == LoopState("try", NONE, (0, 1))
+    assert planned(never.giving_up_soonest()) == planned(never)
+    soonest = system.giving_up_soonest()
+    assert history(planned(soonest)) == RunHistory(plan=(0, 1))
+    assert [one.task for one in (never, soonest)] == [system.task] * 2
+
+
+def test_a_composition_is_one_try_with_its_name() -> None:
+    def one(name: str) -> Step:
+        return Step(name, name, {}, {}, 0, None, None, SPAN)
+
+    both = Composition("both", term(f"not {ALIGNED}"), None, Seq((one("wrap"), one("boil"))), {}, SPAN)
+    ecm = replace(
+        kitchen(rule(COOKED, "making")), compositions={"both": both}, capabilities={"making": ("both",)}
+    )
+    system = system_of(ecm)
+    done, failed = system.transitions(LoopState("try", NONE, (0,)))
+    through = frozenset({(False, True, False), (True, True, False), NONE})
+    assert done == Transition(
+        *(LoopState("try", (True, True, False), ()), HALF, "step", "both → done", "both"),
+        *((Fraction(2), Fraction(0), Fraction(0)), through),
+    )
+    assert failed == Transition(
+        *(LoopState("plan", NONE), HALF, "step", "both → failed", "both"),
+        *((Fraction(1), Fraction(0), Fraction(0)), through),
+    )
+    blocked = system.blocked_step(LoopState("try", (False, False, True), (0,)))
+    assert blocked == (ecm.tasks["cook"].rules[0], "both")
+    late = TimedPart(both.body, SPAN, True, Fraction(1))
+    timed = system_of(replace(ecm, compositions={"both": replace(both, body=late)}))
+    assert all(move.is_open for move in timed.transitions(LoopState("try", NONE, (0,))))
+    assert timed.inexact_reason.startswith("a part may be stopped in its midst")
+
+
+def test_an_outcome_that_leaves_too_much_open_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(invocation, "MAX_UNSETTLED", 1)
+    wide = QuantityRange("fill_level", None, Fraction(0), Fraction(1))
+    pour = skill("pour", replace(outcome("poured", {}), ranges=(wide,)))
+    with pytest.raises(StateSpaceError, match=r"^`pour` leaves 1 variables of it at any value$"):
+        system_of(kitchen(rule("fill_level > 0.5", "pour"), skills=(pour,)))
