@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from aeros.spec.closed_loop.findings import LoopFindings
+from aeros.spec.closed_loop.findings import LoopFindings, LoopPath
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.reachability import ReachableStates, UnlistedStatesError, explore_system
 from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
@@ -63,6 +63,8 @@ def assert_paths_are_runs(by_sets: SymbolicLoop, listed: ReachableStates) -> Non
     starts = {node.state for node in listed.graph if node not in listed.predecessors}
     stuck = {node.state for node in listed.nodes_that_can_miss_goal()}
     blocked, dead_end = by_sets.blocked_step(), by_sets.dead_end()
+    for path in (dead_end, None if blocked is None else blocked.path):
+        assert path is None or path.end in {node.state for node in ends_of_runs(by_sets.system, path)}
     if dead_end is not None:
         assert dead_end.start in starts
         assert dead_end.end in stuck
@@ -77,7 +79,29 @@ def assert_paths_are_runs(by_sets: SymbolicLoop, listed: ReachableStates) -> Non
         if path is not None:
             assert path.start in starts
             assert path.end in states
+            nodes = ends_of_runs(by_sets.system, path)
+            if path.inside:
+                moves = [move for node in nodes for move in by_sets.system.transitions(node)]
+                moves = [move for move in moves if move.label.startswith(f"{path.inside} → ")]
+                assert any(path.end in move.through for move in moves)
+            else:
+                assert path.end in {node.state for node in nodes}
             assert not by_sets.system.condition(invariant.term)(path.end)
+
+
+def ends_of_runs(system: TransitionSystem, path: LoopPath) -> set[LoopState]:
+    """States in which the runs may end whose labelled moves are those of a path."""
+    ends = {LoopState("plan", path.start)}
+    for label in (*path.labels, ""):
+        pending, passed = list(ends), set(ends)
+        while pending:
+            silent = {one.target for one in system.transitions(pending.pop()) if not one.label} - passed
+            passed |= silent
+            pending += silent
+        ends = passed if not label else set()
+        for node in passed if label else ():
+            ends |= {move.target for move in system.transitions(node) if move.label == label}
+    return ends
 
 
 def assert_same_states(by_sets: SymbolicLoop, listed: ReachableStates) -> None:

@@ -23,6 +23,7 @@ from aeros.spec.expr.lower import lower
 from aeros.spec.model.ecm import ActionCondition, Outcome, Skill, Task
 from aeros.spec.model.hold_conditions import HOLD_LOST, STOPPED
 from tests.differential.planning.number_loops import STATE
+from tests.differential.planning.number_loops import term as number_term
 from tests.unit.agent.dumplings import FORCE, PREDICATES, SPAN, module, rule, site, skill, task
 
 HALF, FULL = Fraction(1, 2), Fraction(1)
@@ -91,8 +92,8 @@ def test_an_outcome_leaves_a_quantity_where_it_states_and_else_as_it_was() -> No
 @pytest.mark.parametrize(
     ("goal", "limit", "message"),
     [
-        ("fill_level > joint[j1]", {}, "is compared with"),
-        ("fill_level > 0.5", {"MAX_CELLS": 2}, "more than 1 numbers"),
+        ("fill_level > joint[j1]", {}, "`fill_level` is compared with `joint\\[j1\\]`"),
+        ("fill_level > 0.5", {"MAX_CELLS": 3}, "`fill_level` is compared with more than 1 numbers"),
     ],
 )
 def test_an_infinite_variable_is_refused(
@@ -100,8 +101,35 @@ def test_an_infinite_variable_is_refused(
 ) -> None:
     for name, value in limit.items():
         monkeypatch.setattr(loop_variables, name, value)
-    with pytest.raises(StateSpaceError, match=message):
+    with pytest.raises(StateSpaceError, match=f"^{message}$"):
         variables(goal, FILL)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("fill_level", "it depends on `fill_level`, which has no range"),
+        ("count", "it depends on `count`, which is a whole number without a range"),
+    ],
+)
+def test_a_number_without_a_range_is_refused(name: str, message: str) -> None:
+    pursued = task("fill", ("fill",), "dumpling_cooked", rule("dumpling_cooked", "fill"))
+    pursued = replace(pursued, goal=number_term(f"{name} > 0"))
+    unbounded = {**STATE, name: replace(STATE[name], range=None)}
+    with pytest.raises(StateSpaceError, match=f"^{message}$"):
+        LoopVariables(module("kitchen", (FILL,), pursued), pursued, replace(site(), state=unbounded))
+
+
+def test_as_many_values_as_allowed_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(loop_variables, "MAX_NUMBERS", 5)
+    monkeypatch.setattr(loop_variables, "MAX_CELLS", 5)
+    pursued = replace(task("fill", ("fill",), "dumpling_cooked"), goal=number_term("count > 2"))
+    made = LoopVariables(module("kitchen", (), pursued), pursued, replace(site(), state=STATE))
+    assert made.values["count"] == (0, 1, 2, 3, 4)
+    monkeypatch.setattr(loop_variables, "MAX_NUMBERS", 4)
+    with pytest.raises(StateSpaceError, match=r"^`count` has more than 4 values$"):
+        LoopVariables(module("kitchen", (), pursued), pursued, replace(site(), state=STATE))
+    assert len(variables("fill_level > 0.5", FILL).values["fill_level"]) == 4
 
 
 def test_conditions_have_the_inputs_of_each_step() -> None:

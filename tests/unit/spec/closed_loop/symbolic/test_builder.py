@@ -56,13 +56,13 @@ def test_a_circle_over_several_rules_is_found() -> None:
 @pytest.mark.parametrize(
     ("limit", "value", "message"),
     [
-        ("MAX_PLACES", 5, "too many steps"),
-        ("MAX_PLAN_STEPS", 1, "more than 1 rules"),
-        ("MAX_CYCLES", 0, "in too many ways"),
+        ("MAX_PLACES", 5, "its compositions have too many steps and tries"),
+        ("MAX_PLAN_STEPS", 1, "it has more than 1 rules"),
+        ("MAX_CYCLES", 0, "its failures lead back to themselves in too many ways"),
     ],
 )
 def test_a_program_has_limits(limit: str, value: int, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(builder, limit, value)
     looped = rule(WRAPPED, "wrap", 0, None, "wrap")
-    with pytest.raises(StateSpaceError, match=message):
+    with pytest.raises(StateSpaceError, match=f"^{message}$"):
         build_program(loop(looped, COOKING).system)
