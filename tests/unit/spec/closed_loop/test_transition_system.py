@@ -372,3 +372,67 @@ def test_an_outcome_that_leaves_too_much_open_is_refused(
     pour = skill("pour", replace(outcome("poured", {}), ranges=(wide,)))
     with pytest.raises(StateSpaceError, match=r"^`pour` leaves 1 variables of it at any value$"):
         system_of(kitchen(rule("fill_level > 0.5", "pour"), skills=(pour,)))
+
+
+def test_after_the_last_try_the_last_recovery_runs_and_memory_may_come_to_it_sooner() -> None:
+    system = system_of(kitchen(rule(WRAPPED, "wrap", 1, None, "align"), RULES[1]))
+    reset = at("reset", "", (0,), 2)
+    assert system.transitions(at("try", rest=(0, 1), tries=1)) == [
+        Transition(at("try", "w", (1,)), HALF, "retry", "wrap → wrapped", "wrap"),
+        Transition(reset, HALF, "retry", "wrap → torn", "wrap"),
+    ]
+    assert system.transitions(at("try", rest=(0, 1))) == [
+        Transition(at("try", "w", (1,)), HALF, "step", "wrap → wrapped", "wrap"),
+        Transition(at("recover", "", (0, 1), 1), HALF, "step", "wrap → torn", "wrap"),
+        Transition(reset, Fraction(0), "step", "wrap → torn", "wrap"),
+    ]
+    assert system.transitions(reset) == [
+        Transition(at("plan", "a"), Fraction(1), "recovery", "align → aligned")
+    ]
+    # It runs also where the step is not needed any more.
+    assert system.transitions(at("reset", "w", (0,), 2)) == [
+        Transition(at("plan", "wa"), Fraction(1), "recovery", "align → aligned")
+    ]
+    assert system.transitions(at("reset", "c", (0,), 2)) == [Transition(at("reached", "c"))]
+    stuck = system_of(kitchen(rule(WRAPPED, "boil", 1, None, "align"), RULES[1]))
+    assert stuck.transitions(at("try", rest=(0, 1), tries=1)) == [Transition(reset)]
+    assert stuck.transitions(at("try", rest=(0, 1))) == [Transition(at("plan"))]
+
+
+def test_of_several_recoveries_those_that_can_start_share_the_probability() -> None:
+    system = system_of(kitchen(rule(WRAPPED, "wrap", 1, "cooking", "cooking"), RULES[1]))
+    for node, after in ((at("recover", "w", (1, 0), 1), "try"), (at("reset", "w", (0,), 2), "plan")):
+        if node.phase == "recover":
+            node = replace(node, state=_state(""), remaining_rules=(0, 1))
+        moves = system.transitions(node)
+        assert {one.target.phase for one in moves} == {after}
+        shares = [(one.choice, one.probability, one.label) for one in moves]
+        alone = [("steam", HALF, "steam → cooked"), ("steam", HALF, "steam → cold")]
+        both = [("boil", HALF, "boil → cooked"), *((n, QUARTER, label) for n, _, label in alone)]
+        assert shares == (alone if node.phase == "recover" else both)
+
+
+def test_a_verdict_ends_the_plan_where_a_run_may_be_given_up() -> None:
+    gone = replace(outcome("gone", {}, failure=True), verdict="it is not there")
+    found = skill("wrap", outcome("wrapped", {WRAPPED: True}), gone)
+    look = skill("align", outcome("aligned", {ALIGNED: True}), gone)
+    ecm = kitchen(*RULES, skills=(found, BOIL, STEAM, look))
+    plain = system_of(ecm).transitions(at("try", rest=(0, 1)))
+    assert [move.target.phase for move in plain] == ["try", "recover"]
+    system = believing(ecm)
+    moves = system.transitions(planned(system))
+    assert [move.target.phase for move in moves] == ["try", "plan"]
+    recovering = LoopState("recover", planned(system).state, (0, 1), 1)
+    assert [move.target.phase for move in system.transitions(recovering)] == ["try", "plan"]
+
+
+def test_tries_beyond_the_limit_end_the_run() -> None:
+    system = believing(BOILING, counted_skill="wrap", most_tries=1)
+    first = planned(system)
+    tried = system.transitions(first)[1].target
+    assert history(tried).tries == 1
+    again = LoopState("try", tried.state, (0, 1), 1)
+    assert system.transitions(again) == [Transition(LoopState("given up", tried.state))]
+    helped = believing(kitchen(rule(WRAPPED, "wrap", 1, "align")), counted_skill="align", most_tries=0)
+    node = LoopState("recover", planned(helped).state, (0,), 1)
+    assert helped.transitions(node) == [Transition(LoopState("given up", node.state))]
