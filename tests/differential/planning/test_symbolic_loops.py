@@ -42,7 +42,8 @@ def compare(make: Callable[[int], Loop], seed: int) -> None:
     by_sets = SymbolicLoop(system)
     expected = answers(listed)
     found = answers(by_sets)
-    assert_paths_are_runs(by_sets, listed)
+    for engine in (by_sets, listed):
+        assert_paths_are_runs(engine, listed)
     if system.inexact_reason:
         # The list has states in which parallel branches stop at points at which they may not.
         SEEN["more precise"] += found != expected
@@ -58,35 +59,35 @@ def compare(make: Callable[[int], Loop], seed: int) -> None:
         assert {one.verdict for one in results} == {Verdict.PROVED}
 
 
-def assert_paths_are_runs(by_sets: SymbolicLoop, listed: ReachableStates) -> None:
+def assert_paths_are_runs(found: LoopFindings, listed: ReachableStates) -> None:
     """Each path begins at a start and ends where the fault is."""
     starts = {node.state for node in listed.graph if node not in listed.predecessors}
     stuck = {node.state for node in listed.nodes_that_can_miss_goal()}
-    blocked, dead_end = by_sets.blocked_step(), by_sets.dead_end()
+    blocked, dead_end = found.blocked_step(), found.dead_end()
     for path in (dead_end, None if blocked is None else blocked.path):
-        assert path is None or path.end in {node.state for node in ends_of_runs(by_sets.system, path)}
+        assert path is None or path.end in {node.state for node in ends_of_runs(found.system, path)}
     if dead_end is not None:
         assert dead_end.start in starts
         assert dead_end.end in stuck
     if blocked is not None:
         assert blocked.path.start in starts
-        index = by_sets.system.task.rules.index(blocked.rule)
+        index = found.system.task.rules.index(blocked.rule)
         due = LoopState("try", blocked.path.end, (index,))
-        assert by_sets.system.blocked_step(due) == (blocked.rule, blocked.skill)
+        assert found.system.blocked_step(due) == (blocked.rule, blocked.skill)
     states = {node.state for node in listed.graph} | listed.through.keys()
-    for invariant in by_sets.system.task.invariants:
-        path = by_sets.violation(invariant)
+    for invariant in found.system.task.invariants:
+        path = found.violation(invariant)
         if path is not None:
             assert path.start in starts
             assert path.end in states
-            nodes = ends_of_runs(by_sets.system, path)
+            nodes = ends_of_runs(found.system, path)
             if path.inside:
-                moves = [move for node in nodes for move in by_sets.system.transitions(node)]
+                moves = [move for node in nodes for move in found.system.transitions(node)]
                 moves = [move for move in moves if move.label.startswith(f"{path.inside} → ")]
                 assert any(path.end in move.through for move in moves)
             else:
                 assert path.end in {node.state for node in nodes}
-            assert not by_sets.system.condition(invariant.term)(path.end)
+            assert not found.system.condition(invariant.term)(path.end)
 
 
 def ends_of_runs(system: TransitionSystem, path: LoopPath) -> set[LoopState]:

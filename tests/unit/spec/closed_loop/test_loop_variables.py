@@ -20,11 +20,15 @@ from aeros.spec.closed_loop.loop_variables import (
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.effects import Increment, QuantityRange
 from aeros.spec.expr.lower import lower
-from aeros.spec.model.ecm import ActionCondition, Outcome, Skill, Task
+from aeros.spec.expr.semantics import is_true
+from aeros.spec.model.composition import Composition, Step
+from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, Task, TaskInvariant
 from aeros.spec.model.hold_conditions import HOLD_LOST, STOPPED
+from aeros.spec.model.rules import Conjunct
+from aeros.spec.model.step_graph import HeldPart, If
 from tests.differential.planning.number_loops import STATE
 from tests.differential.planning.number_loops import term as number_term
-from tests.unit.agent.dumplings import FORCE, PREDICATES, SPAN, module, rule, site, skill, task
+from tests.unit.agent.dumplings import FORCE, PREDICATES, SPAN, module, rule, site, skill, task, term
 
 HALF, FULL = Fraction(1, 2), Fraction(1)
 LEFT_HALF = QuantityRange("fill_level", None, Fraction(0), HALF)
@@ -149,3 +153,70 @@ def test_skills_of_a_loop_are_those_of_its_steps_and_recoveries() -> None:
         "fill",
         "pour",
     ]
+
+
+# A task whose steps are a composition and a skill, with everything that a loop reads.
+
+_PREDICATES = PREDICATES[:4]
+FIRST, SECOND, THIRD, FOURTH = (term(name) for name in _PREDICATES)
+
+
+def _step(name: str, *choices: str) -> Step:
+    return Step(name, name, {"force": HALF}, {}, 0, None, None, SPAN, choices)
+
+
+def _composed() -> tuple[Ecm, Task]:
+    held = ActionCondition(SECOND, "", SPAN, (Conjunct(SECOND, SPAN),))
+    choice = If(
+        FIRST,
+        PREDICATES[0],
+        _step("fill"),
+        HeldPart(_step("either", "pour", "press"), SPAN, True, held),
+        SPAN,
+    )
+    press = skill("press", inputs={"force": FORCE}, precondition=f"inputs.force > 0.4 and {PREDICATES[3]}")
+    skills = (FILL, POUR, press, skill("cure"), skill("help", precondition=PREDICATES[4]))
+    cooking = replace(rule(PREDICATES[0], "cooking", 1, "helping"), inputs={})
+    pressing = replace(rule(PREDICATES[1], "press", 1, None, "press"), inputs={"force": Fraction(1, 4)})
+    pursued = task("cook", ("cook",), PREDICATES[2], cooking, pressing)
+    pursued = replace(pursued, invariants=(TaskInvariant("kept", FOURTH, "", SPAN),))
+    made = Composition("made", THIRD, SPAN, choice, {"cure": _step("cure")}, SPAN)
+    ecm = replace(
+        module("kitchen", skills, pursued),
+        compositions={"made": made},
+        capabilities={"cooking": ("made",), "helping": ("help", "cure")},
+    )
+    return ecm, pursued
+
+
+def test_a_loop_reads_every_condition_of_its_task_and_of_what_it_may_run() -> None:
+    found = list(conditions_of(*_composed()))
+    assert found[:7] == [THIRD, FIRST, SECOND, FOURTH, FIRST, SECOND, THIRD]
+    # Of `press` in the composition, of `help`, of `press` as a step, and of `press` as a recovery.
+    as_texts = [sorted(t.variables_of(one)) for one in found[7:]]
+    assert as_texts == [[PREDICATES[3]], [PREDICATES[4]], [PREDICATES[3]], [PREDICATES[3]]]
+    values = [is_true(one, dict.fromkeys(PREDICATES, True)) for one in found[7:]]
+    assert values == [True, True, False, True]
+
+
+def test_a_loop_runs_the_skills_of_compositions_their_handlers_and_its_recoveries() -> None:
+    names = [one.id for one in skills_of(*_composed())]
+    assert names == ["cure", "fill", "help", "pour", "press"]
+
+
+def test_numbers_of_a_vector_are_those_of_its_components() -> None:
+    stated = {"tool": (HALF, Fraction(0), Fraction(1, 4))}
+    found = variables("tool.z > 100 mm and joint[j2] < 1", initial=stated)
+    assert {"tool.z", "joint[j2]"} <= found.variables.keys()
+    assert Fraction(1, 4) in found.breakpoints["tool.z"]
+    assert found.declared["joint[j2]"].name == "joint"
+    starts = found.starts({"tool": (Fraction(0), Fraction(0), Fraction(1, 5))})
+    assert starts["tool.z"] == (Fraction(1, 5),)
+    assert starts["joint[j2]"] == found.values["joint[j2]"]
+
+
+def test_values_are_written_as_in_a_manifest() -> None:
+    found = variables("fill_level > 0.5 and dumpling_cooked and area == pot")
+    assert found.format("fill_level", HALF) == "fill_level = 0.5"
+    assert found.format("dumpling_cooked", True) == "dumpling_cooked = true"
+    assert found.format("area", "pot") == "area = pot"
