@@ -8,6 +8,8 @@ from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.symbolic import builder
 from aeros.spec.closed_loop.symbolic.builder import build_program
 from aeros.spec.closed_loop.symbolic.program import PLAN, Place
+from aeros.spec.expr import terms as t
+from tests.differential.planning.number_loops import term
 from tests.unit.agent.dumplings import rule
 from tests.unit.spec.closed_loop.symbolic.loops_by_hand import COOKED, COOKING, WRAPPED, WRAPPING, loop
 
@@ -66,3 +68,37 @@ def test_a_program_has_limits(limit: str, value: int, message: str, monkeypatch:
     looped = rule(WRAPPED, "wrap", 0, None, "wrap")
     with pytest.raises(StateSpaceError, match=f"^{message}$"):
         build_program(loop(looped, COOKING).system)
+
+
+def test_limits_are_the_largest_numbers_that_are_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    system = loop(rule(WRAPPED, "wrap", 0, None, "wrap"), COOKING).system
+    monkeypatch.setattr(builder, "MAX_PLACES", len(build_program(system).moves))
+    monkeypatch.setattr(builder, "MAX_PLAN_STEPS", 2)
+    # The rule alone is rejected, and the one circle is through it.
+    monkeypatch.setattr(builder, "MAX_CYCLES", 2)
+    assert build_program(system).moves
+    for limit in ("MAX_PLACES", "MAX_PLAN_STEPS", "MAX_CYCLES"):
+        with monkeypatch.context() as patched:
+            patched.setattr(builder, limit, getattr(builder, limit) - 1)
+            with pytest.raises(StateSpaceError):
+                build_program(system)
+
+
+def test_a_skill_is_described_once_for_the_same_inputs() -> None:
+    made = builder._Builder(loop().system)
+    assert made.skill("wrap", {}) is made.skill("wrap", {})
+    assert made.skill("boil", {}) is not made.skill("wrap", {})
+    assert made.skill("wrap", {"force": 1}) is not made.skill("wrap", {})
+    assert made.skill("wrap", {"force": 1}) is made.skill("wrap", {"force": 1})
+
+
+def test_a_program_has_what_the_task_says() -> None:
+    made = loop(COOKING, WRAPPING, goal=f"{COOKED} and {WRAPPED}", kept=f"{WRAPPED} or not {COOKED}")
+    program = made.program
+    assert program.goal == term(f"{COOKED} and {WRAPPED}")
+    assert program.invariants == {"kept": term(f"{WRAPPED} or not {COOKED}")}
+    assert program.breakpoints == made.system.variables.breakpoints
+    due = [sorted(t.variables_of(condition)) for condition, _ in program.first_tries]
+    first, second = program.plan_bits
+    assert due == [sorted([COOKED, WRAPPED, first]), sorted([COOKED, WRAPPED, second])]
+    assert [starts for _, starts in program.first_tries] == [[term(WRAPPED)], [t.TRUE]]
