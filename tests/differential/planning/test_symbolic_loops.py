@@ -143,7 +143,7 @@ def assert_same_faults(make: Callable[[int], Loop], seeds: range) -> None:
 _MANY = pytest.param(range(1000, 4000), marks=pytest.mark.deep)
 
 
-@pytest.mark.parametrize("seeds", [range(70), _MANY], ids=["few", "many"])
+@pytest.mark.parametrize("seeds", [range(80), _MANY], ids=["few", "many"])
 def test_sets_of_states_have_the_same_faults_as_listed_states(seeds: range) -> None:
     assert_same_faults(number_loop, seeds)
 
