@@ -33,6 +33,7 @@ from tests.unit.agent.dumplings import PREDICATES, SPAN, STATE, given_input, ski
 
 NAMES = PREDICATES[:3]
 _CONDITIONS = (*NAMES, *(f"not {name}" for name in NAMES), f"{NAMES[0]} and {NAMES[1]}", "false")
+_GOALS = ("false", "false", NAMES[2], f"not {NAMES[1]}", f"{NAMES[0]} and {NAMES[1]}")
 Counts = tuple[int, int, int]
 NO_COUNTS: Counts = (0, 0, 0)
 
@@ -188,18 +189,18 @@ class Walk:
 
 
 def _skill(drawn: Random, name: str) -> Skill:
-    weights = [drawn.randint(1, 3) for _ in range(drawn.randint(1, 2))]
+    weights = [drawn.randint(1, 3) for _ in range(drawn.choice([1, 2, 2, 2]))]
     outcomes = [
         Outcome(
             f"outcome_{at}",
             {drawn.choice(NAMES): drawn.random() < 0.7} if drawn.random() < 0.8 else {},
-            failure=drawn.random() < 0.5,
+            failure=drawn.random() < (0.3, 0.8)[at],
             probability=Fraction(weight, sum(weights)),
             duration=None,
         )
         for at, weight in enumerate(weights)
     ]
-    needed = drawn.choice([None, None, *_CONDITIONS[:-1], "inputs.force > 0.4"])
+    needed = drawn.choice([*[None] * 8, *_CONDITIONS[:-1], "inputs.force > 0.4"])
     inputs = {"force": given_input("force", Fraction(1, 2), (Fraction(0), Fraction(1)))}
     return skill(name, *outcomes, precondition=needed, inputs=inputs)
 
@@ -208,7 +209,7 @@ def _step(drawn: Random, *handlers: str) -> Step:
     between, last = (drawn.choice([None, *handlers]) for _ in range(2))
     choices = tuple(drawn.sample(["a", "b", "c"], drawn.randint(1, 2)))
     inputs = drawn.choice([{}, {"force": Fraction(1, 4)}, {"force": Fraction(3, 4)}])
-    return Step("s", "s", inputs, {}, drawn.randint(0, 2 if handlers else 1), between, last, SPAN, choices)
+    return Step("s", "s", inputs, {}, drawn.choice([0, 1, 1, 2]) if handlers else 0, between, last, SPAN, choices)
 
 
 def _part(drawn: Random, depth: int) -> Part:
@@ -253,10 +254,10 @@ def compare(seed: int) -> bool:
     drawn = Random(seed)  # noqa: S311  cases of a test
     skills = {name: _skill(drawn, name) for name in "abc"}
     handlers = {"h": _step(drawn), "k": _step(drawn)}
-    body = _part(drawn, drawn.choice([2, 2, 3]))
-    if len(list(steps_of(body))) > 4:
+    body = _part(drawn, drawn.choice([1, 2]))
+    if len(list(steps_of(body))) > 2:
         return False
-    goal = term(drawn.choice(_CONDITIONS[3:]))
+    goal = term(drawn.choice(_GOALS))
     uncertain = drawn.choice([(), NAMES[:1], NAMES[1:2]])
     run = ComposedRun(
         Composition("c", t.TRUE, None, body, handlers, SPAN),
@@ -280,8 +281,8 @@ def compare(seed: int) -> bool:
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(50, 150), pytest.param(range(1000, 5000), marks=pytest.mark.deep)], ids=["few", "many"]
+    "seeds", [range(100, 300), pytest.param(range(1000, 5000), marks=pytest.mark.deep)], ids=["few", "many"]
 )
 def test_merged_states_have_the_weights_of_all_paths(seeds: range) -> None:
     compared = sum(map(compare, seeds))
-    assert compared > len(seeds) / 2
+    assert compared > len(seeds) / 3
