@@ -146,7 +146,7 @@ def finished_in(rule: RunRule, state: tuple[object, ...], *steps: tuple[str, Out
 
 def finishes_until_given_up(rule: RunRule, *steps: tuple[str, Outcome]) -> int:
     state, times = rule.begin((False,)), 0
-    while not rule.has_ended(state):
+    while not rule.has_ended(state) and times < 100:
         state, times = finished_in(rule, state, *steps), times + 1
     return times
 
@@ -225,6 +225,10 @@ def test_the_history_is_the_last_value_of_a_longer_state() -> None:
     again = rule.finished(rule.planned(rule.finished(rule.planned(finished, (0,))), (0,)))
     assert history(again) == history(rule.planned(again, (0,)))._replace(gave_up=True)
     assert (again[:-1], history(again).gave_up) == ((True, False), True)
+    first = rule.not_started(rule.planned(rule.begin((True, False)), (0,)), 0)
+    assert (first[:-1], history(first).not_started) == ((True, False), {(0, (False,))})
+    second = rule.not_started(rule.planned(first, (0,)), 0)
+    assert (second[:-1], history(second).gave_up) == ((True, False), True)
 
 
 def test_a_chance_of_exactly_the_least_is_still_chance(monkeypatch: pytest.MonkeyPatch) -> None:
