@@ -9,13 +9,16 @@ import pytest
 
 from aeros.spec.closed_loop import composed_run
 from aeros.spec.closed_loop.composed_run import ComposedRun, HandlerCycleError, RunTooLargeError, Weights
+from aeros.spec.closed_loop.definition_facts import OutcomeValues
 from aeros.spec.closed_loop.giving_up import RunHistory
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.consequences.durations import may_be_late
 from aeros.spec.consequences.stopped_parts import stop_of_part
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
+from aeros.spec.model.hold_conditions import STOPPED
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.model.step_graph import (
     FailingPart,
@@ -263,3 +266,28 @@ def test_what_branches_change_is_put_together() -> None:
     # A failure that one of them has from before counts once.
     merged = composed_run._merged((first,), [(longer,), (gone._replace(failures=first.failures),)])
     assert merged == (longer,)
+
+
+def test_a_further_try_that_cannot_start_leads_to_the_last_handler(monkeypatch: pytest.MonkeyPatch) -> None:
+    once = skill(
+        "once",
+        outcome("there", {DOUGH: True}),
+        outcome("spilt", {FILLING: True}, failure=True),
+        precondition=f"not {FILLING}",
+    )
+    monkeypatch.setitem(SKILLS, "once", once)
+    _, failed, _ = run(step("once", 1, last="align"), align=step("align"))
+    quarter = Fraction(1, 4)
+    assert {state: one.probability for state, one in failed.items()} == {
+        (False, True, True): quarter,
+        (False, True, False): quarter,
+    }
+
+
+def test_a_stop_that_leaves_too_much_open_is_refused() -> None:
+    def find(_: Skill, one: Outcome) -> OutcomeValues:
+        return OutcomeValues({DOUGH: tuple(range(300))} if one.id == STOPPED else {}, {}, ())
+
+    made = Invocation(SKILLS["align"], {}, NAMES, (), find)
+    with pytest.raises(StateSpaceError, match=r"^`align` leaves 1 variables of it at any value$"):
+        composed_run._stopped(made, (False, False, False))
