@@ -26,6 +26,7 @@ from aeros.spec.closed_loop.giving_up import (
     is_beyond_chance,
     success_probability,
 )
+from aeros.spec.expr.effects import Increment, QuantityRange
 from aeros.spec.model.ecm import Outcome
 from tests.unit.agent.dumplings import module, skill
 
@@ -287,3 +288,29 @@ def test_of_two_branches_the_failures_of_both_count() -> None:
     assert not both.gave_up
     longer = after(RULE, other, ("look", FAILED))
     assert history(one).with_branch(history(before), history(longer)).gave_up
+
+
+@pytest.mark.parametrize(
+    ("count", "level", "likely"),
+    [
+        (0, "1/4", "1/4"),
+        (0, "3/4", "1/4"),
+        (0, "1/5", "0"),
+        (0, "4/5", "0"),
+        (1, "1", "3/4"),
+        (1, "1/2", "1"),
+    ],
+)
+def test_effects_are_measured_by_increments_and_closed_ranges(count: int, level: str, likely: str) -> None:
+    between = QuantityRange("fill_level", None, Fraction(1, 4), Fraction(3, 4))
+    filled = Outcome("filled", {}, False, Fraction(1, 4), None, ranges=(between,))
+    added = Outcome("added", {"count": Increment(Fraction(1))}, False, Fraction(3, 4), None)
+    beliefs = AgentBeliefs({"work": skill("work", filled, added)})
+    rule = RunRule(beliefs, ["count", "fill_level"], [0], ())
+    before = rule.begin((Fraction(0), Fraction(0)))
+    after = (Fraction(count), Fraction(level))
+    assert rule.after_step(before, "work", filled, after).least_likely == Fraction(likely)
+    # A quantity that the loop does not depend on is not measured.
+    alone = RunRule(beliefs, ["count"], [0], ())
+    found = alone.after_step(alone.begin((Fraction(0),)), "work", filled, after[:1]).least_likely
+    assert found == (1 if count else Fraction(1, 4))
