@@ -436,3 +436,21 @@ def test_tries_beyond_the_limit_end_the_run() -> None:
     helped = believing(kitchen(rule(WRAPPED, "wrap", 1, "align")), counted_skill="align", most_tries=0)
     node = LoopState("recover", planned(helped).state, (0,), 1)
     assert helped.transitions(node) == [Transition(LoopState("given up", node.state))]
+
+
+def test_a_lost_hold_condition_is_a_failure_wherever_a_skill_of_the_loop_sets_what_it_reads() -> None:
+    held = skill("wrap", outcome("wrapped", {WRAPPED: True}), hold=ALIGNED)
+    start = LoopState("try", _state("a"), (0, 1))
+
+    def lost_in(system: TransitionSystem) -> set[State]:
+        moves = system.transitions(start)
+        assert moves[0] == Transition(at("try", "wa", (1,)), Fraction(1), "step", "wrap → wrapped", "wrap")
+        assert all(one.probability == 0 for one in moves[1:])
+        return {one.target.state for one in moves[1:] if "unheld" in one.label}
+
+    restored = system_of(kitchen(*RULES, skills=(held, BOIL, STEAM, ALIGN)))
+    assert lost_in(restored) == {_state(true) for true in ("", "a", "w", "wa")}
+    cold = skill("steam", outcome("cooked", {COOKED: True}))
+    rules = (rule(WRAPPED, "wrap", 1, "boil"), rule(f"{COOKED} and {ALIGNED}", "steam"))
+    alone = system_of(kitchen(*rules, skills=(held, BOIL, cold)))
+    assert lost_in(alone) == {_state("a"), _state("wa")}

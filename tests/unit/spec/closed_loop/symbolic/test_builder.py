@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import pytest
 
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.symbolic import builder
+from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
 from aeros.spec.closed_loop.symbolic.builder import build_program
 from aeros.spec.closed_loop.symbolic.program import PLAN, Place
 from aeros.spec.expr import terms as t
+from aeros.spec.model.ecm import Outcome
 from tests.differential.planning.number_loops import term
-from tests.unit.agent.dumplings import rule
+from tests.unit.agent.dumplings import outcome, rule, skill
 from tests.unit.spec.closed_loop.symbolic.loops_by_hand import COOKED, COOKING, WRAPPED, WRAPPING, loop
 
 
@@ -102,3 +106,17 @@ def test_a_program_has_what_the_task_says() -> None:
     first, second = program.plan_bits
     assert due == [sorted([COOKED, WRAPPED, first]), sorted([COOKED, WRAPPED, second])]
     assert [starts for _, starts in program.first_tries] == [[term(WRAPPED)], [t.TRUE]]
+
+
+@pytest.mark.parametrize("handlers", [("cure", None), (None, "cure")])
+def test_a_recovery_s_outcome_of_no_probability_is_no_way_to_the_goal(
+    handlers: tuple[str | None, ...],
+) -> None:
+    def cooked_with(share: Fraction) -> SymbolicLoop:
+        torn = skill("tear", outcome("torn", {}, failure=True))
+        done = Outcome("done", {}, False, 1 - share, None)
+        cure = skill("cure", done, Outcome("lucky", {COOKED: True}, False, share or None, None))
+        return loop(rule(COOKED, "tear", 1, *handlers), skills=(torn, cure), initial={COOKED: False})
+
+    assert cooked_with(Fraction(0)).dead_end() is not None
+    assert cooked_with(Fraction(1, 9)).dead_end() is None

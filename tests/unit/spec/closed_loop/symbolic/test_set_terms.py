@@ -19,6 +19,7 @@ CONDITIONS = [
     "fill_level <= 0.25 or dumpling_cooked",
     "not (0.25 < fill_level and fill_level < 0.5)",
     "dumpling_cooked and area == pot",
+    "fill_level > 0 and fill_level < 0.25",
 ]
 LEVELS = [Fraction(number, 8) for number in range(9)]
 
