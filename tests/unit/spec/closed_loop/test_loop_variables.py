@@ -24,6 +24,7 @@ from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, Task, TaskInvariant
 from aeros.spec.model.hold_conditions import HOLD_LOST, STOPPED
+from aeros.spec.model.perception import Definition
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.model.step_graph import HeldPart, If
 from tests.differential.planning.number_loops import STATE
@@ -220,3 +221,29 @@ def test_values_are_written_as_in_a_manifest() -> None:
     assert found.format("fill_level", HALF) == "fill_level = 0.5"
     assert found.format("dumpling_cooked", True) == "dumpling_cooked = true"
     assert found.format("area", "pot") == "area = pot"
+
+
+def _defined(text: str) -> LoopVariables:
+    """Variables of a loop with this definition of a predicate that one of its skills sets."""
+    goal = f"{PREDICATES[0]} and fill_level > 0.5 and joint[j1] > 0"
+    pursued = task("fill", ("fill",), goal, rule(goal, "pour"))
+    definitions = {PREDICATES[0]: Definition(term(text), text, SPAN)}
+    ecm = replace(module("kitchen", (POUR,), pursued), definitions=definitions)
+    return LoopVariables(ecm, pursued, replace(site(), state=STATE))
+
+
+def test_a_definition_with_cells_decides_what_an_outcome_leaves_open() -> None:
+    found = _defined("fill_level > 0.25")
+    assert found.facts.conditions == {PREDICATES[0]: term("fill_level > 0.25")}
+    assert Fraction(1, 4) in found.breakpoints["fill_level"]
+    values = found.after(POUR, POUR.outcomes["spilt"])
+    assert values.opened == {"fill_level": found.values["fill_level"]}
+    (agrees,) = values.constraints
+    assert t.variables_of(agrees).keys() == {"fill_level"}
+
+
+@pytest.mark.parametrize("text", ["fill_level > joint[j1]", "joint[j2] > 0"])
+def test_a_definition_without_cells_or_of_what_the_loop_does_not_read_decides_nothing(text: str) -> None:
+    found = _defined(text)
+    assert found.facts.conditions == {}
+    assert found.after(POUR, POUR.outcomes["spilt"]).constraints == ()

@@ -454,3 +454,19 @@ def test_a_lost_hold_condition_is_a_failure_wherever_a_skill_of_the_loop_sets_wh
     rules = (rule(WRAPPED, "wrap", 1, "boil"), rule(f"{COOKED} and {ALIGNED}", "steam"))
     alone = system_of(kitchen(*rules, skills=(held, BOIL, cold)))
     assert lost_in(alone) == {_state("a"), _state("wa")}
+
+
+@pytest.mark.parametrize("verdict", ["", "it is torn"])
+def test_a_failed_step_that_is_done_all_the_same_gives_nothing_up_but_after_a_verdict(verdict: str) -> None:
+    torn = replace(outcome("torn", {ALIGNED: True}, failure=True), verdict=verdict)
+    wrap = skill("wrap", outcome("wrapped", {WRAPPED: True}), torn)
+    many = RunHistory(failures=frozenset({(NONE, "wrap", 200)}), verdicts=frozenset({("wrap", "torn")}))
+
+    def failed(unless: str) -> LoopState:
+        system = believing(kitchen(rule(unless, "wrap"), RULES[1], skills=(wrap, BOIL, STEAM)))
+        return system.transitions(LoopState("try", (*NONE, many), (0, 1)))[1].target
+
+    done, lost = failed(f"{WRAPPED} or {ALIGNED}"), failed(WRAPPED)
+    assert (done.phase, done.remaining_rules, lost.phase) == ("try", (1,), "plan")
+    assert history(lost).gave_up
+    assert history(done).gave_up is bool(verdict)

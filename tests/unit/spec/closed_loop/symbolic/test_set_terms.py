@@ -10,6 +10,7 @@ from aeros.spec.closed_loop.symbolic import set_terms, state_sets
 from aeros.spec.closed_loop.symbolic.set_terms import SetTerms
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Value, is_true
+from aeros.spec.expr.types import BOOL
 from tests.differential.planning.number_loops import term
 from tests.unit.agent.dumplings import rule
 from tests.unit.spec.closed_loop.symbolic.loops_by_hand import loop
@@ -80,6 +81,7 @@ def test_definitions_are_counted_and_named_apart(mark: str, monkeypatch: pytest.
     numbers = [one.name.removesuffix(mark).partition(" ")[2] for one in terms.defined]
     assert sorted(map(int, numbers)) == list(range(len(numbers)))
     assert all(one.name.endswith(mark) for one in terms.defined)
+    assert {(one.type, one.role) for one in terms.defined} == {(BOOL, t.VariableRole.STATE)}
     assert terms.size == set_terms.DEFINITION_SIZE * len(terms.definitions) > 0
     assert terms.condition(sets.every) == t.TRUE
     assert terms.condition(sets.none) == t.FALSE
