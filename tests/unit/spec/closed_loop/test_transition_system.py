@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import pytest
 
-from aeros.spec.closed_loop import invocation
+from aeros.spec.closed_loop import invocation, transition_system
 from aeros.spec.closed_loop.giving_up import FinishedStreak, RunHistory, declared_beliefs
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.loop_variables import StateSpaceError, skills_of
@@ -470,3 +470,17 @@ def test_a_failed_step_that_is_done_all_the_same_gives_nothing_up_but_after_a_ve
     assert (done.phase, done.remaining_rules, lost.phase) == ("try", (1,), "plan")
     assert history(lost).gave_up
     assert history(done).gave_up is bool(verdict)
+
+
+def test_states_between_which_nothing_decides_are_a_case_of_their_outcome() -> None:
+    either: dict[str, bool | None] = {COOKED: None}
+    first = replace(outcome("first", {ALIGNED: True}), consequences=either)
+    second = replace(outcome("second", {ALIGNED: False}), consequences=either)
+    made = skill("wait", first, second, outcome("third", {WRAPPED: True, ALIGNED: True}))
+    way = transition_system._SkillWay(invocation.Invocation(made, {}, SYSTEM.names))
+    found = [(one.label, one.case) for one in way.moves(NONE, "step")]
+    assert found == [
+        *[("wait → first", "0")] * 2,
+        *[("wait → second", "1")] * 2,
+        ("wait → third", ""),
+    ]
