@@ -253,7 +253,7 @@ def test_the_goal_may_be_reached_while_a_branch_that_changes_nothing_still_runs(
     assert shown(done) == dict.fromkeys(reached, (0, 0, 0, 0))
 
 
-def test_what_branches_change_is_put_together() -> None:
+def test_the_changes_of_branches_are_put_together() -> None:
     before = RunHistory()
     one, other = RunHistory(tries=1, gave_up=True), RunHistory(tries=2)
     merged = composed_run._merged(

@@ -132,7 +132,7 @@ def test_a_broken_hold_condition_ends_the_skill_as_a_failure_of_probability_zero
     assert alone == [("pot", False, True, False, "unheld"), ("pot", True, True, False, "unheld")]
 
 
-def test_what_no_outcome_states_is_found_for_the_skill_and_its_outcome() -> None:
+def test_values_that_no_outcome_states_are_found_for_the_skill_and_its_outcome() -> None:
     """Also for the end of a lost hold-condition, and of a stop."""
     boil = skill(
         "boil", outcome("cooked", {"dumpling_cooked": True}), hold="dumpling_wrapped and not wrapper_aligned"

@@ -240,7 +240,7 @@ def believing(ecm: Ecm, **more: Any) -> TransitionSystem:
 
 
 def planned(system: TransitionSystem) -> LoopState:
-    """What follows the first plan."""
+    """The state after the first plan."""
     (move,) = system.transitions(LoopState("plan", system.start(CLEAN)))
     return move.target
 

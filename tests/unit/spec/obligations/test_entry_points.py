@@ -141,7 +141,7 @@ def perceiver_fault(code: bytes, *models: str) -> str | None:
 
 
 def perceiver_diagnostic(code: bytes, *models: str) -> Diagnostic | None:
-    """What is said of such a module."""
+    """The report on such a module."""
     site = load_site(CORPUS / "site" / "table.yaml", Diagnostics())
     assert site is not None
     found = load_ecm(CORPUS / "accepted" / PERCEIVING, site, Diagnostics())
