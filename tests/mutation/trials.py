@@ -111,7 +111,7 @@ class Trials(QuickReports):
         if not tests:
             return Outcome(SURVIVED, "", 0.0)
         slowest = max(map(self._reach.seconds, tests))
-        end, text, used = fork(partial(self._try, mutant, tests), 3 + 2 * self._seconds + 3 * slowest)
+        end, text, used = fork(partial(self._try, mutant, tests), 1 + 2 * self._seconds + 1.5 * slowest)
         if end == LATE:
             return Outcome(LATE, "", used)
         verdict, _, last = text.rstrip("\n").rpartition("\n")[2].partition(" ")
