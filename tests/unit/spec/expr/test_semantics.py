@@ -6,7 +6,7 @@ import pytest
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import evaluate
-from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType
+from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, VectorType
 from aeros.spec.expr.units import NUMBER
 
 _REAL = RealType(NUMBER)
@@ -62,3 +62,23 @@ def test_the_index_chooses_by_its_place_in_the_set() -> None:
 def test_free_variables_come_in_order_of_occurrence() -> None:
     term = t.And((t.Compare("<", t.Select(F, B), _number(1)), A, t.Not(A)))
     assert list(t.variables_of(term)) == ["f", "a"]
+
+
+def test_values_of_different_lengths_are_refused_and_not_cut_off() -> None:
+    p, q = (t.Variable(name, VectorType(NUMBER), t.VariableRole.STATE) for name in "pq")
+    three, two = (tuple(map(Fraction, range(length))) for length in (3, 2))
+    for env in ({"p": three, "q": two}, {"p": two, "q": three}):
+        with pytest.raises(ValueError, match="argument 2 is"):
+            evaluate(t.Add(p, q), env)
+
+
+def test_sums_and_counts_are_exact_numbers() -> None:
+    env = {"f": (Fraction(1), Fraction(5))}
+    for kind, body in (("sum", t.Select(F, B)), ("count", t.TRUE)):
+        assert type(evaluate(t.Aggregate(kind, B, body), env)) is Fraction  # type: ignore[arg-type]
+
+
+def test_a_condition_since_which_no_time_has_passed_is_within_every_window() -> None:
+    for window in (None, Fraction(0), Fraction(1, 10**9)):
+        assert evaluate(t.Since(t.FALSE, A, window), {"a": True}) is True
+    assert evaluate(t.Occurrences(A, Fraction(0)), {"a": True}) == 1

@@ -196,3 +196,12 @@ def test_a_quantity_is_shown_in_its_unit() -> None:
     assert unit is not None
     assert format_quantity(Fraction(1, 4), unit) == "250 mm"
     assert format_quantity(Fraction(1, 4), DIMENSIONLESS) == "0.25"
+
+
+def test_a_dimension_has_an_exponent_for_each_base() -> None:
+    short = Dimension((1, 0))
+    for one, other in ((short, LENGTH), (LENGTH, short)):
+        with pytest.raises(ValueError, match="argument 2 is"):
+            one * other
+    with pytest.raises(ValueError, match="argument 2 is"):
+        str(short)
