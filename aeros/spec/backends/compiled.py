@@ -83,7 +83,7 @@ def bytecode_of(source: str, mode: Literal["eval", "exec"]) -> CodeType:
 
 @lru_cache(maxsize=4096)
 def _marshalled(source: str, mode: Literal["eval", "exec"]) -> bytes:
-    return marshal.dumps(compile(source, "<generated>", mode, dont_inherit=True))
+    return marshal.dumps(compile(source, "<generated>", mode))
 
 
 def compile_condition(term: t.Term, ranges: Ranges) -> Predicate:
@@ -204,11 +204,11 @@ class _CodeGenerator:
 
     def _comparison(self, term: t.Compare) -> str:
         left, right = term.left, term.right
-        if not (_is_real(left) and _is_real(right)):
+        if not _is_real(left):  # nor is the other side
             return f"({self.condition(left)} == {self.condition(right)})"
         a, b = self._real(left), self._real(right)
         if isinstance(right, t.Literal) and a.error == 0:
-            return _compare_to_constant(a.code, term.op, cast("Fraction", right.value), flipped=False)
+            return _compare_to_constant(a.code, term.op, cast("Fraction", right.value))
         if isinstance(left, t.Literal) and b.error == 0:
             return _compare_to_constant(b.code, term.op, cast("Fraction", left.value), flipped=True)
         if a.error == 0 and b.error == 0:
@@ -287,7 +287,7 @@ def _combine_extremum(code: str, a: _RealCode, b: _RealCode) -> _RealCode:
     return _derived_real(code, max(a.magnitude, b.magnitude), max(a.error, b.error), a, b)
 
 
-def _compare_to_constant(code: str, op: str, constant: Fraction, *, flipped: bool) -> str:
+def _compare_to_constant(code: str, op: str, constant: Fraction, *, flipped: bool = False) -> str:
     """Compare a double to a rational exactly: the rational is rounded so that the answer is the same."""
     below, above = adjacent_doubles(constant)
     if op == "==":
