@@ -48,8 +48,6 @@ def truth_over(term: t.Term, values: Mapping[str, Scalar]) -> bool | None:
             return _all([truth_over(one, values) for one in operands])
         case t.Or(operands=operands):
             return _any([truth_over(one, values) for one in operands])
-        case t.Implies(premise=premise, conclusion=conclusion):
-            return truth_over(t.Or((t.Not(premise), conclusion)), values)
         case t.Compare(op=op, left=left, right=right):
             return _compare(op, _value(left, values), _value(right, values))
         case _:

@@ -117,8 +117,7 @@ class _Script:
         """Note the enumerations and constant families of a term."""
         for one in t.walk([term]):
             match one:
-                case t.ConstantTable():
-                    self._note_type(one.type)
+                case t.ConstantTable():  # its index has the type
                     self._tables[one.name] = one
                 case t.Literal(type=type_) | t.BoundVariable(type=type_):
                     self._note_type(type_)
@@ -163,8 +162,7 @@ class _Script:
             case t.Implies(premise=premise, conclusion=conclusion):
                 return f"(=> {self._scalar(premise)} {self._scalar(conclusion)})"
             case t.Compare(left=left, right=right) if _is_vector(left):
-                pairs = zip(self._xyz(left), self._xyz(right), strict=True)
-                return _joined("and", [f"(= {a} {b})" for a, b in pairs], "true")
+                return f"(and {' '.join(map('(= {} {})'.format, self._xyz(left), self._xyz(right)))})"
             case t.Compare(op=op, left=left, right=right):
                 symbol = "=" if op == "==" else op
                 return f"({symbol} {self._scalar(left)} {self._scalar(right)})"
