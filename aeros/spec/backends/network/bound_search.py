@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
+from operator import add
 from typing import Final
 
 from aeros.spec.backends.network.box_propagation import Bounds, propagate
@@ -128,7 +129,7 @@ def _importance(network: Network) -> dict[str, tuple[float, ...]]:
     for step in network.steps:
         if isinstance(step, Linear) and step.source in weights:
             columns = zip(*step.absolute_weights, strict=True)
-            weights[step.source] = [a + sum(b) for a, b in zip(weights[step.source], columns, strict=True)]
+            weights[step.source] = list(map(add, weights[step.source], map(sum, columns)))
     return {name: tuple(one or 1.0 for one in ones) for name, ones in weights.items()}
 
 
