@@ -165,8 +165,8 @@ def _corners(box: Mapping[str, Bounds]) -> Iterator[Point]:
     """Yield corners of a box, all of them where there are few."""
     sides = [(name, at) for name, (lows, _) in box.items() for at in range(len(lows))]
     free = sides[: int(math.log2(_MAX_CORNERS))]
-    for choice in product((0, 1), repeat=len(free)):
-        chosen = dict(zip(free, choice, strict=True))
+    for choice in product(*([(side, 0), (side, 1)] for side in free)):
+        chosen = dict(choice)
         yield {
             name: tuple(pair[chosen.get((name, at), 0)] for at, pair in enumerate(zip(*ends, strict=True)))
             for name, ends in box.items()

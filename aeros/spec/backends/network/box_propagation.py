@@ -141,7 +141,7 @@ def _bound_step(step: Step, vectors: Mapping[str, Bounds], unit: float) -> Bound
 
 def _linear(step: Linear, source: Bounds, unit: float) -> Bounds:
     largest = _sizes(source)
-    middle = [low + (high - low) / 2 for low, high in zip(*source, strict=True)]
+    middle = list(map(_middle, *source))
     # Both differences, as the middle is rounded.
     radius = list(map(max, map(sub, source[1], middle), map(sub, middle, source[0])))
     lows, highs = [], []
@@ -153,6 +153,10 @@ def _linear(step: Linear, source: Bounds, unit: float) -> Bounds:
         lows.append(centre - spread - error)
         highs.append(centre + spread + error)
     return lows, highs
+
+
+def _middle(low: float, high: float) -> float:
+    return low + (high - low) / 2
 
 
 def _sizes(bounds: Bounds) -> list[float]:

@@ -323,3 +323,10 @@ def test_what_a_group_answers_is_asked_once_and_recorded(monkeypatch: pytest.Mon
         ("a claim", posed[0].question, SAT),
         ("a claim", posed[1].question, unsat),
     ]
+
+
+def test_a_group_has_an_answer_for_each_question(monkeypatch: pytest.MonkeyPatch) -> None:
+    for count in (1, 3):
+        monkeypatch.setattr(SolverProcess, "check_together", lambda *_, count=count: [None] * count)
+        with pytest.raises(ValueError, match="argument 2 is"):
+            Oracle().check_together(_posed(3, 11))
