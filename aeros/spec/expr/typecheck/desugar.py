@@ -93,8 +93,7 @@ def compare_terms(relation: Relation, left: t.Term | Norm, right: t.Term | Norm)
         return t.Or((t.Compare("<", left, zero), t.Compare(relation, square, right.squared)))  # b < sqrt(a)
     if isinstance(left, Norm):  # sqrt(a) < b
         zero, square = _zero_and_square(left, right)
-        order: Relation = "<=" if relation == "==" else relation
-        return t.And((t.Compare(order, zero, right), t.Compare(relation, left.squared, square)))
+        return t.And((t.Compare("<=", zero, right), t.Compare(relation, left.squared, square)))
     return t.Compare(relation, left, right)
 
 
