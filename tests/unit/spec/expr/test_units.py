@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import product
+from pathlib import Path
 
 import pytest
 
@@ -89,11 +90,40 @@ def test_text_that_is_no_unit_gives_none(text: str) -> None:
     assert parse_unit(text) is None
 
 
-def test_every_listed_unit_parses_to_itself() -> None:
-    for name in unit_names():
+def test_every_unit_has_the_factor_and_the_dimension_of_the_table() -> None:
+    lines = (Path(__file__).parent / "data" / "units.txt").read_text("utf-8").splitlines()
+    rows = [line.split() for line in lines if not line.startswith("#")]
+    assert [name for name, *_ in rows] == list(unit_names())
+    for name, factor, *exponents in rows:
         unit = parse_unit(name)
         assert unit is not None
-        assert unit.text == name
+        assert (unit.text, unit.factor) == (name, Fraction(factor))
+        assert unit.dimension.exponents == tuple(map(int, exponents))
+        assert unit.offset == (Fraction(27315, 100) if name in ("°C", "degC") else 0)
+
+
+@pytest.mark.parametrize(
+    ("exponents", "name"),
+    [
+        ((0, 0, 0, 0, 0, 0, 0), "1"),
+        ((1, 1, -2, 0, 0, 0, 0), "N"),
+        ((2, 1, -2, 0, 0, 0, 0), "N*m"),
+        ((-1, 1, -2, 0, 0, 0, 0), "Pa"),
+        ((2, 1, -3, 0, 0, 0, 0), "N*m/s"),
+        ((2, 1, -3, 0, 0, -1, 0), "V"),
+        ((0, 0, 0, 0, 1, 1, 1), "K*A*jpos"),
+        ((-2, 0, -1, 0, 0, 0, 0), "1/m^2/s"),
+    ],
+)
+def test_a_dimension_has_the_name_that_robots_give_it(exponents: tuple[int, ...], name: str) -> None:
+    assert str(Dimension(exponents)) == name
+
+
+def test_a_quantity_has_at_most_200_characters() -> None:
+    assert parse_quantity(f"{'1' * 198} m") is not None
+    assert parse_quantity(f"{'1' * 199} m") is None
+    assert parse_quantity("1e999 m") is not None
+    assert parse_quantity("1e1000 m") is None
 
 
 def test_a_shown_dimension_parses_back() -> None:
