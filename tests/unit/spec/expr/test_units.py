@@ -20,6 +20,7 @@ from aeros.spec.expr.units import (
     TIME,
     VOLTAGE,
     Dimension,
+    exact_decimal,
     format_number,
     format_quantity,
     match_unit,
@@ -196,7 +197,24 @@ def test_a_quantity_is_a_number_and_a_unit(text: str, value: Fraction, unit: str
 
 @pytest.mark.parametrize(
     "text",
-    ["", "mm", "1 parsec", "1 m m", "nan", "inf", "1e1000", "٣ m", "1_000", "0x10", "1/3", "9" * 5000, "1,5"],
+    [
+        "",
+        "mm",
+        "1 parsec",
+        "1 m m",
+        "nan",
+        "inf",
+        "1e1000",
+        "٣ m",
+        "1_000",
+        "0x10",
+        "1/3",
+        "9" * 5000,
+        "1,5",
+        "2\tm",
+        "2 Xm",
+        "2m\n",
+    ],
 )
 def test_text_that_is_no_quantity_gives_none(text: str) -> None:
     assert parse_quantity(text) is None
@@ -235,3 +253,22 @@ def test_a_dimension_has_an_exponent_for_each_base() -> None:
             one * other
     with pytest.raises(ValueError, match="argument 2 is"):
         str(short)
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (Fraction(0), "0"),
+        (Fraction(10), "10"),
+        (Fraction(-10), "-10"),
+        (Fraction(1, 4), "0.25"),
+        (Fraction(-1, 4), "-0.25"),
+        (Fraction(1001, 10), "100.1"),
+        (Fraction(1, 10**12), "0.000000000001"),
+        (Fraction(1, 10**13), None),
+        (Fraction(1, 3), None),
+        (Fraction(10) ** 30, "1" + "0" * 30),
+    ],
+)
+def test_a_decimal_is_exact_or_none(value: Fraction, shown: str | None) -> None:
+    assert exact_decimal(value) == shown
