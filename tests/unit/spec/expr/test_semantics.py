@@ -93,7 +93,7 @@ _TRACE = [TimedState(Fraction(at), {"a": a}) for at, a in enumerate((True, True,
     ("term", "value"),
     [
         *[
-            (t.Compare(op, left, right), held)
+            (t.Compare(op, left, right), held)  # type: ignore[arg-type]
             for op, held in (("<", False), ("<=", True), ("==", True))
             for left, right in ((_COUNT, _number(2)), (_number(2), _COUNT))
         ],
