@@ -142,3 +142,7 @@ def test_the_variables_of_a_term_are_looked_up_once_and_of_at_most_4096_terms(
     assert walked == terms
     t.variables_of(t.And((terms[0], terms[1])))
     assert len(t._FREE_VARIABLES_CACHE) == 1
+
+
+def test_the_source_of_a_value_is_written_as_one_word() -> None:
+    assert [role.value for role in t.VariableRole] == ["state", "parameter", "input"]
