@@ -296,7 +296,7 @@ def test_answers_belong_to_the_solver_and_to_the_code_that_gives_terms_their_mea
     assert fingerprint() not in known
 
 
-def test_what_a_group_answers_is_asked_once_and_recorded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_answers_of_a_group_are_asked_for_once_and_recorded(monkeypatch: pytest.MonkeyPatch) -> None:
     oracle = Oracle(recording=True)
     posed = _posed(3, 11)
     unsat = SolverAnswer(SatResult.UNSAT, {})

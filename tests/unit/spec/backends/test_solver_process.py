@@ -165,7 +165,7 @@ def _refuse(reason: type[BaseException]) -> None:
 
 def test_the_solver_process_answers_until_its_input_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its program runs here, without the limits on this process, which are noted."""
-    asked, told = io.BytesIO(), io.BytesIO()
+    asked, written = io.BytesIO(), io.BytesIO()
     questions: list[tuple[Callable[..., object], tuple[object, ...], float]] = [
         (pow, (2, 10), 1.5),
         (_refuse, (MemoryError,), 2.5),
@@ -177,19 +177,19 @@ def test_the_solver_process_answers_until_its_input_ends(monkeypatch: pytest.Mon
     asked.seek(0)
     limits: list[object] = []
     monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=asked))
-    monkeypatch.setattr(sys, "stdout", SimpleNamespace(buffer=told))
+    monkeypatch.setattr(sys, "stdout", SimpleNamespace(buffer=written))
     for module, name in ((signal, "signal"), (signal, "setitimer"), (resource, "setrlimit")):
         monkeypatch.setattr(module, name, lambda *given, name=name: limits.append((name, *given)))
     for hard, most in ((resource.RLIM_INFINITY, 4 << 30), (5 << 30, 4 << 30), (1 << 30, 1 << 30)):
         monkeypatch.setattr(resource, "getrlimit", {resource.RLIMIT_AS: (7, hard)}.__getitem__)
         asked.seek(0)
-        told.seek(0)
-        told.truncate()
+        written.seek(0)
+        written.truncate()
         limits.clear()
         solver_process.answer_questions()
-        told.seek(0)
-        assert solver_process._receive(told, None) == b"ready"
-        answers = [pickle.loads(solver_process._receive(told, None)) for _ in questions]  # noqa: S301
+        written.seek(0)
+        assert solver_process._receive(written, None) == b"ready"
+        answers = [pickle.loads(solver_process._receive(written, None)) for _ in questions]  # noqa: S301
         assert answers == [
             (1024, ""),
             (None, "the solver gave up: MemoryError"),
