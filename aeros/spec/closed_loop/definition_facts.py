@@ -97,9 +97,9 @@ class DefinitionFacts:
 
 
 def _equivalence(variable: t.Variable, condition: t.Term) -> t.Term:
-    both = junction([variable, condition], neutral=True)
-    neither = junction([negate(variable), negate(condition)], neutral=True)
-    return junction([both, neither], neutral=False)
+    both = junction(t.And, [variable, condition])
+    neither = junction(t.And, [negate(variable), negate(condition)])
+    return junction(t.Or, [both, neither])
 
 
 def _possible(conditions: Sequence[t.Term], opened: Mapping[str, tuple[Any, ...]]) -> Iterable[t.Term]:
