@@ -34,7 +34,7 @@ from aeros.sim.robot.robot_file import reference_robot
 from tools.fit_gripper import GripperParts, read_gripper_urdf
 from tools.fit_link_hulls import Points, Rows, fit_hull, write_hulls
 from tools.fit_link_hulls import mesh_vertices as hand_vertices
-from tools.search_postures import search_postures
+from tools.search_postures import count_lines, search_postures
 from tools.urdf_shapes import axis_of, number_of, read_urdf
 from tools.urdf_tree import Moving, Parts, UrdfTree, link_of, mass_of_parts, read_tree, rigid_part, shapes_of
 
@@ -308,8 +308,9 @@ def ready_posture(
         meeting: returns two links that come too near each other in a posture, or None.
 
     Returns:
-        Of the postures found in which no links meet, the one farthest from the limits (joints,), rad or m,
-        or None if there is none; and how often which links met in the others.
+        Of the postures found in which no links meet, the one from which straight lines lead to the most
+        places, and of several the one farthest from the limits (joints,), rad or m; None if there is none.
+        And how often which links met in the others.
     """
     mountings, (lowest, highest) = [mounting_of(row) for row in rows], ends
     tool, (c, s) = (0.0, 0.0, reach), (cos(turn), sin(turn))
@@ -336,11 +337,17 @@ def ready_posture(
             for _ in range(_TRIES)
         ]
         solved = [one.x for one in found if float(np.abs(one.fun).max()) < _TOLERANCE]
+        best: tuple[int, Points] | None = None
         for q in sorted(solved, key=room, reverse=True):
             links = meeting(q)
-            if links is None:
-                return q, met
-            met[links] += 1
+            if links is not None:
+                met[links] += 1
+                continue
+            count = count_lines(rows, reach, turn, ends, q, lambda one: meeting(one) is None)
+            if best is None or count > best[0]:
+                best = count, q
+        if best is not None:
+            return best[1], met
     return None, met
 
 
