@@ -214,7 +214,10 @@ class MotionDecider:
             plan.duration,
             *_other_numbers(plan),
         ]
-        if set(map(type, numbers)) != {float} or not all(map(isfinite, numbers)):
+        if set(map(type, numbers)) != {float}:
+            other = next(number for number in numbers if type(number) is not float)
+            return f"one of its numbers, {other!r}, is of the type `{type(other).__name__}`; it needs `float`"
+        if not all(map(isfinite, numbers)):
             return "one of its numbers is not finite"
         if plan.duration <= 0.0:
             return "its duration is not above 0 s"
