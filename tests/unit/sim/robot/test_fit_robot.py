@@ -244,7 +244,7 @@ def _fixed(kind: str = "revolute", parent: str = "frame", more: str = "") -> Ele
     return ElementTree.fromstring(text)  # noqa: S314  text of this test
 
 
-def test_what_fixed_joints_hold_is_part_of_the_link_that_holds_it(tmp_path: Path) -> None:
+def test_fixed_joints_make_one_link_of_several(tmp_path: Path) -> None:
     root = _fixed()
     foot, (first, second) = read_chain(root)
     tree = read_tree(root)
