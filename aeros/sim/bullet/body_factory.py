@@ -48,7 +48,7 @@ def load_model(
         fixed: fix its base to W.
         client: number of the PyBullet client.
         collides_with_itself: let its links collide with each other.
-        declared_inertia: take the links' inertias from the file; otherwise PyBullet computes them from shapes.
+        declared_inertia: take inertias of links from the file; otherwise PyBullet computes them of shapes.
 
     Returns:
         The body's number in PyBullet.

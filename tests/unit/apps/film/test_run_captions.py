@@ -17,7 +17,7 @@ from tests.unit.apps.film.runs import RUN, captions
         (
             4.2,
             "slowed",
-            "person at 1.60 m as it began: speed 0.20 in place of 0.45 m/s",
+            "person first at 1.60 m: speed 0.20 in place of 0.45 m/s",
             "reduced-speed-near-person",
         ),
         (4.52, "stopped", "person at 0.90 m, 0.93 m needed", "arm-separation"),

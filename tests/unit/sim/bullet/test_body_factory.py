@@ -58,9 +58,7 @@ def test_a_model_that_is_not_there_or_is_none_is_refused(world: PhysicsWorld, tm
         world.bodies.add_urdf(str(path), (0.0, 0.0, 0.0))
 
 
-def test_links_of_a_model_have_the_inertia_that_its_file_declares(
-    world: PhysicsWorld, tmp_path: Path
-) -> None:
+def test_links_of_a_model_have_the_inertia_of_its_file(world: PhysicsWorld, tmp_path: Path) -> None:
     model = tmp_path / "brick.urdf"
     model.write_text(
         """<robot name="brick"><link name="brick"><inertial><mass value="2"/>
