@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import shlex
 from functools import cache
-from importlib.metadata import metadata
+from importlib.metadata import PackageNotFoundError, distribution, metadata
+from pathlib import Path
 from typing import Final
+from urllib.parse import unquote, urlsplit
 
 NAME: Final = "aeros-robot"
 """Name of the distribution.  `aeros`, which is only that of the import and of the command, is somebody else's
@@ -12,9 +16,9 @@ on PyPI."""
 
 
 def install_command(extra: str) -> str:
-    """Say how to install what an extra provides.
+    """Say how to install what an extra provides, from where AEROS itself was installed.
 
-    The distribution is not on PyPI yet, so it is installed from the clone.
+    The distribution is not on PyPI yet: it comes from a clone, a wheel or a repository.
 
     Args:
         extra: name of the extra, as in `pyproject.toml`.
@@ -22,7 +26,26 @@ def install_command(extra: str) -> str:
     Returns:
         A command, and where to give it.
     """
-    return f"`pip install '.[{extra}]'` in the clone of AEROS"
+    source = _source()
+    if source is None:
+        return f"`pip install '.[{extra}]'` in the clone of AEROS"
+    return f"`pip install {shlex.quote(source.format(extra=extra))}`"
+
+
+@cache
+def _source() -> str | None:
+    """Return the requirement by which pip installed this AEROS, with `{extra}` in it; None for a clone."""
+    try:
+        found = json.loads(distribution(NAME).read_text("direct_url.json") or "{}")
+        address = found.get("url", "")
+        if "vcs_info" in found:
+            revision = found["vcs_info"]["commit_id"]
+            return f"{NAME}[{{extra}}] @ {found['vcs_info']['vcs']}+{address}@{revision}"
+        path = unquote(urlsplit(address).path)
+    except (PackageNotFoundError, OSError, ValueError, KeyError, AttributeError):
+        return None
+    is_wheel = "archive_info" in found and address.startswith("file:") and Path(path).is_file()
+    return f"{path}[{{extra}}]" if is_wheel and not {"{", "}"} & set(path) else None
 
 
 @cache

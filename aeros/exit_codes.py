@@ -20,6 +20,7 @@ class Exit(IntEnum):
     UNDECIDED = 3
     INTERNAL_ERROR = 4
     INTERRUPTED = 130
+    CLOSED_PIPE = 141  # 128 and SIGPIPE, as shells count: the reader of the output closed it
 
 
 def exit_for(conclusion: Conclusion) -> Exit:
@@ -40,5 +41,6 @@ def exit_for(conclusion: Conclusion) -> Exit:
 
 
 EXIT_CODES = (
-    "exit codes: 0 proved or done, 1 rejected, 2 usage, 3 undecided, 4 a bug in aeros, 130 interrupted"
+    "exit codes: 0 proved or done, 1 rejected, 2 usage, 3 undecided, 4 a bug in aeros, 130 interrupted, "
+    "141 output closed"
 )

@@ -64,7 +64,7 @@ def main(arguments: Sequence[str] | None = None, *, begin: Callable[[], object] 
         except BrokenPipeError:
             # The reader, such as `head`, has all it wants, and Python must not flush into the pipe at exit.
             _drop_output()
-            return Exit.INTERRUPTED
+            return Exit.CLOSED_PIPE
         except OSError as error:
             with suppress(OSError):
                 _print_system_error(error)

@@ -8,15 +8,20 @@ from itertools import islice
 from pathlib import Path
 from typing import Final
 
+from aeros.spec.text.discovery import reference_modules_path
+
 _MOST_NAMES: Final = 2000
 """Names of a folder that are compared at most, so that a message does not wait for a large folder."""
 
 _LEAST_SIMILARITY: Final = 0.6
+_SAME_WORD: Final = 0.85
 _MODULE_FILE: Final = "ecm.yaml"
 
 
 def near_path(text: str) -> str | None:
-    """Find the path that was probably intended: in the same folder, or a module one folder down.
+    """Find the path that was probably intended.
+
+    It is in the same folder, a module one folder down, or one of those that come with AEROS.
 
     Args:
         text: Path that does not exist.
@@ -24,9 +29,12 @@ def near_path(text: str) -> str | None:
     Returns:
         The path of an existing file or folder; None where no name is near.
     """
+    path = Path(text)
     try:
-        found = _same_folder(Path(text))
-        return found if found is not None or len(Path(text).parts) != 1 else _module(text.strip("/"))
+        found = _same_folder(path)
+        if found is None and len(path.parts) == 1:
+            found = _module(text.strip("/"))
+        return _shipped(path) if found is None else found
     except (OSError, ValueError):
         return None
 
@@ -59,6 +67,18 @@ def _module(name: str) -> str | None:
     return None if near is None else str(folders[near])
 
 
-def _nearest(name: str, known: Iterable[str]) -> str | None:
-    near = get_close_matches(name, list(known), 1, _LEAST_SIMILARITY)
+def _shipped(path: Path) -> str | None:
+    """Find a module that comes with AEROS by its name, or their folder."""
+    folder = reference_modules_path()
+    match path.parts:
+        case (folder.name,):
+            return str(folder)
+        case (name,) | (folder.name, name):
+            near = _nearest(name, (one.parent.name for one in folder.glob(f"*/{_MODULE_FILE}")), _SAME_WORD)
+            return None if near is None else str(folder / near)
+    return None
+
+
+def _nearest(name: str, known: Iterable[str], similarity: float = _LEAST_SIMILARITY) -> str | None:
+    near = get_close_matches(name, list(known), 1, similarity)
     return near[0] if near else None

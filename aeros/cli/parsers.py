@@ -73,6 +73,10 @@ class CommandParser(argparse.ArgumentParser):
         """
         if (unknown := self._unknown_option()) is not None:
             self.refuse(unrecognized([unknown], option_names(self)))
+        for action in self._actions:
+            name = action.metavar or action.dest
+            if action.choices and message == f"the following arguments are required: {name}":
+                self.refuse(f"name one of: {', '.join(map(str, action.choices))}")
         choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
         cure = ""
         if choice is not None:
@@ -133,6 +137,9 @@ def parse(given: Sequence[str]) -> argparse.Namespace:
     """
     if given[:1] == ["help"]:
         sys.exit(_print_help(given[1:]))
+    if not given:
+        _print(all_commands())
+        sys.exit(Exit.USAGE)
     if list(given) == ["version"]:
         given = ["--version"]
     parser, command = _parsers(given)
@@ -254,5 +261,6 @@ def _print(text: str) -> int:
 
 
 def _intended(word: str, known: Iterable[str]) -> str:
-    near = get_close_matches(word, list(known), 1, 0.6)
-    return f"; did you mean `{near[0]}`?" if near else ""
+    by_letters = {one.lstrip("-"): one for one in known}  # dashes make no two options alike
+    near = get_close_matches(word.lstrip("-"), list(by_letters), 1, 0.6)
+    return f"; did you mean `{by_letters[near[0]]}`?" if near else ""

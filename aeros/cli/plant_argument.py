@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from importlib.util import find_spec
 from typing import Final
 
-from aeros.session.plant_factory import PLANTS
+from aeros.session.plant_factory import PLANTS, runnable_plants
 from aeros.session.plant_provider import PlantProviderError, load_provider
 
 HELP: Final = f"{', '.join(PLANTS)}, or a plant that an installed distribution provides"
@@ -25,18 +24,13 @@ def plant_name(text: str) -> str:
         argparse.ArgumentTypeError: There is no such plant, or it cannot be imported.
     """
     if text not in PLANTS:
-        simulated = {package: plant for plant, package in _PACKAGES.items() if package not in PLANTS}
-        if text in simulated:
-            raise argparse.ArgumentTypeError(f"no plant is called `{text}`: `{simulated[text]}` runs on it")
+        if text == "pybullet":
+            raise argparse.ArgumentTypeError("no plant is called `pybullet`: `physics` runs on it")
         try:
             load_provider(text, PLANTS)
         except PlantProviderError as error:
             raise argparse.ArgumentTypeError(str(error)) from error
     return text
-
-
-_PACKAGES: Final = {"physics": "pybullet", "mujoco": "mujoco", "kinematic": "numpy"}
-"""Plants and the package that each needs, the nearest to a robot first."""
 
 
 def best_plant() -> str:
@@ -45,7 +39,7 @@ def best_plant() -> str:
     Returns:
         Its name.
     """
-    return next((plant for plant, package in _PACKAGES.items() if find_spec(package) is not None), "symbolic")
+    return runnable_plants()[0]
 
 
 def add_plant_argument(parser: argparse.ArgumentParser) -> None:
@@ -59,5 +53,5 @@ def add_plant_argument(parser: argparse.ArgumentParser) -> None:
         type=plant_name,
         default=best_plant(),
         metavar="NAME",
-        help=f"{HELP} (default: {best_plant()}, the first of {', '.join(_PACKAGES)} that is installed)",
+        help=f"{HELP} (default: {best_plant()}, the first of {', '.join(PLANTS[:-1])} that is installed)",
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager, suppress
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Final
@@ -43,6 +44,19 @@ PLANTS: Final = ("physics", "mujoco", "kinematic", "symbolic")
 
 PHYSICS_PLANTS: Final = ("physics", "mujoco")
 """Plants with physics: `physics` on PyBullet, `mujoco` on MuJoCo; people, faults and obstacles need one."""
+
+
+_PACKAGES: Final = {"physics": "pybullet", "mujoco": "mujoco", "kinematic": "numpy"}
+"""The package that each plant needs; the symbolic one needs none."""
+
+
+def runnable_plants() -> list[str]:
+    """List the plants whose packages are installed.
+
+    Returns:
+        Their names, that of the plant nearest to a robot first; the symbolic one is always among them.
+    """
+    return [name for name in PLANTS if name not in _PACKAGES or find_spec(_PACKAGES[name]) is not None]
 
 
 class PlantSetupError(Exception):
@@ -436,8 +450,8 @@ def _build_kinematic(site: Site, scene: Scene, seed: int, errors: SensorSetup) -
         from aeros.sim.robot.robot_file import robot_of
     except ImportError as error:
         raise PlantSetupError(
-            f"the kinematic plant needs {install_command('kinematic')} ({error.name} is missing); "
-            "or use `--plant symbolic`"
+            f"the kinematic plant needs {install_command('kinematic')} ({error.name} is missing)"
+            f"{_other_plants()}"
         ) from error
     return make_plant(scene, seed, errors.survey, errors.scanners, robot_of(site))
 
@@ -481,8 +495,12 @@ def _physics_import_errors(plant: str) -> Iterator[None]:
     try:
         yield
     except ImportError as error:
-        extra, other = ("sim", "mujoco") if plant == "physics" else ("mujoco", "physics")
+        extra = "sim" if plant == "physics" else plant
         raise PlantSetupError(
-            f"the {plant} plant needs {install_command(extra)} ({error.name} is missing); "
-            f"or use `--plant {other}`, `--plant kinematic` or `--plant symbolic`"
+            f"the {plant} plant needs {install_command(extra)} ({error.name} is missing){_other_plants()}"
         ) from error
+
+
+def _other_plants() -> str:
+    """Name the plants that can run here, for a message."""
+    return f"; plants that can run here: {', '.join(runnable_plants())}"

@@ -16,6 +16,7 @@ def test_the_numbers_are_those_that_scripts_know() -> None:
         "UNDECIDED": 3,
         "INTERNAL_ERROR": 4,
         "INTERRUPTED": 130,
+        "CLOSED_PIPE": 141,
     }
 
 

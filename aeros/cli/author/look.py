@@ -27,7 +27,7 @@ from aeros.runtime.perception.open_perceiver import open_by_policy
 from aeros.runtime.ports import CameraPicture, Plant
 from aeros.runtime.registry.folder_modules import FolderModules
 from aeros.runtime.registry.installed import InstalledModules
-from aeros.session.plant_factory import PLANTS, open_scene
+from aeros.session.plant_factory import PLANTS, open_scene, runnable_plants
 from aeros.session.scene_files import scene_with
 from aeros.session.setup import SETUP_ERRORS, open_isolated_skills
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
@@ -83,7 +83,8 @@ def add_to(commands: Subparsers) -> None:
     )
     parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
     with_pictures = [name for name in PLANTS if name != "symbolic"]
-    parser.add_argument("--plant", choices=with_pictures, default="physics", help="default: physics")
+    best = next((name for name in runnable_plants() if name in with_pictures), with_pictures[0])
+    parser.add_argument("--plant", choices=with_pictures, default=best, help=f"default: {best}")
     parser.add_argument(
         "--ideal-sensors", action="store_true", help="sensors without the errors that the site declares"
     )

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NoReturn
 
 from aeros.cli.arguments import (
     add_colour,
@@ -52,6 +52,7 @@ _EXAMPLES = """\
 examples:
   aeros verify ecms/                          every module below, under the reference site
   aeros verify my_module --site cell.yaml     one module under another site
+  aeros verify --site cell.yaml               the site alone
   aeros verify clean_pot --bind clean_pot.surface=bench --set clean_pot.force="6 N"
                                               bound and set as given; the certificate names it
   aeros verify ecms/ --format json            for programs; `aeros schema report` prints its schema
@@ -80,7 +81,7 @@ def add_to(commands: Subparsers) -> None:
         nargs="*",
         type=existing_path,
         metavar="PATH",
-        help="a module, or a folder of modules (default: `ecms` of aeros.toml)",
+        help="a module, or a folder of modules (default: `ecms` of aeros.toml; with --site alone, none)",
     )
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
@@ -140,28 +141,35 @@ def add_to(commands: Subparsers) -> None:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     _require_consistent(arguments)
-    return _watch(arguments) if arguments.watch else _verify_once(arguments)
+    if arguments.watch:
+        _watch(arguments)
+    return _verify_once(arguments)
 
 
-def _watch(arguments: argparse.Namespace) -> Exit:
-    """Verify again whenever a file changes, until Ctrl-C."""
-    from aeros.cli.author.watch import take_snapshot, wait_for_change  # most runs do not need it
+def _watch(arguments: argparse.Namespace) -> NoReturn:
+    """Verify again whenever a file changes, until Ctrl-C, or until nobody reads the output."""
+    from aeros.cli.author import watch  # most runs do not need it
 
-    # A site may be an overlay on others, which are beside it.
-    sites = [] if arguments.site is None else sorted(arguments.site.parent.glob("*.yaml"))
-    watched = [*arguments.paths, *sites]
-    known = take_snapshot(watched)
-    try:
-        while True:
-            try:
-                _verify_once(arguments)
-            except UserError as error:
-                print_diagnostics(error.diagnostics)
-            print(f"\nwatching {counted(len(known), 'file')}; Ctrl-C ends", flush=True)
-            known = wait_for_change(watched, known)
-            print(f"\n{time.strftime('%H:%M:%S')}  a file changed")
-    except KeyboardInterrupt:
-        return Exit.SUCCESS
+    def watched() -> Iterator[Path]:
+        return watch.files_read_for(arguments.paths, arguments.site)
+
+    known = watch.take_snapshot(watched())
+    while True:
+        try:
+            _verify_once(arguments)
+        except UserError as error:
+            print_diagnostics(error.diagnostics)
+        print(f"\nwatching {counted(len(known), 'file')}; Ctrl-C ends", flush=True)
+        former, known = known, watch.wait_for_change(watched, known)
+        first, *others = watch.changed_files(former, known)
+        more = f" and {counted(len(others), 'other file')}" if others else ""
+        print(f"\n{time.strftime('%H:%M:%S')}  {_relative(first)}{more} changed")
+
+
+def _relative(path: Path) -> Path:
+    """Shorten a path below the working directory."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path
 
 
 def _verify_once(arguments: argparse.Namespace) -> Exit:
@@ -215,8 +223,11 @@ def _require_consistent(arguments: argparse.Namespace) -> None:
     Raises:
         UsageError: repairs are asked for with an option that excludes them.
     """
-    if not arguments.paths:
-        raise UsageError("name a module or a folder of modules, or set `ecms` in aeros.toml")
+    if not arguments.paths and (arguments.site is None or "site" in arguments.from_settings):
+        raise UsageError(
+            "name a module or a folder of modules, or set `ecms` in aeros.toml; "
+            "`--site FILE` alone proves a site without modules"
+        )
     if arguments.watch and (arguments.format != "text" or arguments.output is not None):
         raise UsageError("--watch prints text, again and again: leave out --format and --output")
     if arguments.fix and arguments.check:

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 from aeros.cli.arguments import add_command
 from aeros.cli.plant_argument import best_plant
 from aeros.cli.terminal.streams import print_line
+from aeros.distribution import install_command
 from aeros.exit_codes import Exit, UsageError
+from aeros.session.plant_factory import PHYSICS_PLANTS
 from aeros.spec.text.discovery import reference_modules_path, reference_site_path
 
 if TYPE_CHECKING:
@@ -57,11 +59,12 @@ def _command(arguments: argparse.Namespace) -> Exit:
     run = ["run", arguments.instruction, "--ecms", modules, *site, "--plant", best_plant()]
     run += ["--state", str(arguments.state)]
     run += [] if arguments.out is None else ["--out", str(arguments.out)]
-    code = 0
     for words in (["verify", modules, *site, "--no-lock"], run):
         print_line(f"$ aeros {shlex.join(words)}")
         code = main(words)
         print()
         if code != Exit.SUCCESS:
-            break
-    return Exit(code)
+            return Exit(code)
+    if best_plant() not in PHYSICS_PLANTS:
+        print_line(f"For physics and films: {install_command('film')}; then `aeros demo` and `aeros film`.")
+    return Exit.SUCCESS

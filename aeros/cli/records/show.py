@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 from collections.abc import Iterator, Mapping
 from datetime import datetime
 from fractions import Fraction
@@ -23,6 +24,8 @@ from aeros.spec.model.variables import Declared
 
 _INDENT = " " * 8
 _MAX_CHARS = 400
+_HEXADECIMAL = re.compile(r"[0-9a-f]{32,}")
+_EXACT_FROM = 1000.0  # from here on, numbers are times and the like, which six digits would falsify
 
 
 def add_filters(parser: argparse.ArgumentParser) -> None:
@@ -127,7 +130,7 @@ def format_record(record: Record, site: Site | None) -> str:
     line = f"{record['sequence']:6}  {written:29}  {record['event']:14}  {_summary(record)}"
     return "\n".join(
         [
-            escape_invisible(line[:_MAX_CHARS]),
+            escape_invisible(line if len(line) <= _MAX_CHARS else f"{line[: _MAX_CHARS - 1]}…"),
             *(_INDENT + escape_invisible(one) for one in explain_record(record, site)),
         ]
     )
@@ -239,7 +242,21 @@ def _summary(record: Record) -> str:
         words.append(current_event(str(details["event"])))
     if "module" in details:
         words.insert(0, who)
-    return ": ".join(words) or json.dumps(details)
+    return ": ".join(words) or json.dumps(_shortened(details), ensure_ascii=False)
+
+
+def _shortened(value: Any) -> Any:
+    """Round numbers, and shorten digests and keys; `--format json` has them whole."""
+    if type(value) is float and isfinite(value):
+        return float(f"{value:.6g}") if abs(value) < _EXACT_FROM else round(value, 3)
+    if type(value) is str and _HEXADECIMAL.fullmatch(value):
+        return f"{value[:12]}…"
+    if type(value) is list:
+        return [_shortened(one) for one in value]
+    if type(value) is dict:
+        is_module = type(value.get("version")) is str and "manifest" in value
+        return value["version"] if is_module else {name: _shortened(one) for name, one in value.items()}
+    return value
 
 
 def _is_action(action: Any) -> TypeGuard[dict[str, Any]]:
@@ -249,5 +266,8 @@ def _is_action(action: Any) -> TypeGuard[dict[str, Any]]:
 def _action(action: Any) -> str:
     if not _is_action(action):
         return json.dumps(action)
-    given = ", ".join(f"{name}={json.dumps(value)}" for name, value in action["parameters"].items())
+    given = ", ".join(
+        f"{name}={json.dumps(_shortened(value), ensure_ascii=False)}"
+        for name, value in action["parameters"].items()
+    )
     return f"{action['kind']}({given})"

@@ -115,7 +115,7 @@ def _subject(given: str, site: Path | None) -> PlantUnderTest:
     if ":" in given:
         return _imported(given)
     try:
-        provider = load_provider(given)
+        provider = load_provider(given, PLANTS)
     except PlantProviderError as error:
         raise UsageError(str(error)) from error
     if provider.subject is None:

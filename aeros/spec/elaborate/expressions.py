@@ -16,7 +16,16 @@ from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.syntax import Node, TextRange
 from aeros.spec.expr.typecheck.check import check, check_condition, infer
 from aeros.spec.expr.types import BOOL, RealType, Type
-from aeros.spec.expr.units import NUMBER, Dimension, Unit, parse_quantity, parse_unit, unit_names, units_of
+from aeros.spec.expr.units import (
+    NUMBER,
+    Dimension,
+    Unit,
+    cure_of_bare_number,
+    other_units,
+    parse_quantity,
+    parse_unit,
+    unit_names,
+)
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.text.fields import ExpressionField, TextField
 from aeros.spec.text.nodes import ScalarNode
@@ -219,9 +228,11 @@ def elaborate_quantity(text: TextField, dimension: Dimension, diagnostics: Diagn
     if unit.dimension != dimension:
         diagnostics.error(
             "AE204",
-            f"expected a value in {dimension}, found {unit.dimension}",
+            f"expected a value in {dimension}, found "
+            + ("a number without a unit" if unit.text == "1" else str(unit.dimension)),
             text.span,
             str(unit.dimension),
+            help=(cure_of_bare_number(text.value.strip(), dimension),) if unit.text == "1" else (),
         )
         return None
     if unit.offset:
@@ -244,9 +255,7 @@ def elaborate_quantity(text: TextField, dimension: Dimension, diagnostics: Diagn
 def _cure_of_unit(dimension: Dimension) -> str:
     if dimension == NUMBER:
         return "write a bare number, or one in `%`"
-    others = [name for name in units_of(dimension) if name != str(dimension)]
-    more = f"; other units are {', '.join(f'`{name}`' for name in others)}" if others else ""
-    return f"write a number and its unit, as in `2 {dimension}`{more}"
+    return f"write a number and its unit, as in `2 {dimension}`{other_units(dimension)}"
 
 
 def _span(expression: ExpressionField, extent: TextRange) -> SourceSpan:

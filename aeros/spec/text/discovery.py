@@ -72,7 +72,9 @@ def module_folders(path: Path, diagnostics: Diagnostics) -> list[Path]:
             return folders
         diagnostics.error("AE130", f"there is no `{MANIFEST}` in or below `{path}`")
     else:
-        diagnostics.error("AE130", f"`{path}` is neither a folder nor an `{MANIFEST}`")
+        is_other_file = path.suffix in {".yaml", ".yml"}
+        cures = (f"if it is a site file, give it by `--site {path}`",) if is_other_file else ()
+        diagnostics.error("AE130", f"`{path}` is neither a folder nor an `{MANIFEST}`", help=cures)
     return []
 
 

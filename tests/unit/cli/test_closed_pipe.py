@@ -58,7 +58,7 @@ def test_a_closed_pipe_ends_a_command_without_a_word(command: tuple[str, ...], l
         os.close(writer)
     assert ended.stderr == ""
     # argparse itself passes over an error while it prints help.
-    assert ended.returncode == (Exit.SUCCESS if "--help" in command else Exit.INTERRUPTED)
+    assert ended.returncode == (Exit.SUCCESS if "--help" in command else Exit.CLOSED_PIPE)
 
 
 def test_a_watch_that_cannot_write_does_not_make_the_log_unsound(log: Path) -> None:

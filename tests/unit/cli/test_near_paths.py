@@ -8,6 +8,7 @@ import pytest
 
 from aeros.cli.near_paths import near_path
 from aeros.cli.parsers import parse
+from tests.repo.tree import ROOT
 
 
 @pytest.fixture(autouse=True)
@@ -40,6 +41,27 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 )
 def test_the_nearest_path_is_found(given: str, near: str | None) -> None:
     assert near_path(given) == near
+
+
+@pytest.mark.parametrize(
+    ("given", "near"),
+    [
+        ("ecms", "ecms"),
+        ("ecms/", "ecms"),
+        ("fetch_object", "ecms/fetch_object"),
+        ("ecms/fetch_objekt", "ecms/fetch_object"),
+        ("fetch_objects", "ecms/fetch_object"),
+        ("ecms/clean_pot", None),
+        ("other/fetch_object", None),
+    ],
+)
+def test_modules_that_come_with_aeros_are_known_by_their_names(
+    given: str, near: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    monkeypatch.chdir(empty)
+    assert near_path(given) == (None if near is None else str(ROOT / near))
 
 
 def test_an_absolute_path_is_corrected_as_one(folder: Path) -> None:

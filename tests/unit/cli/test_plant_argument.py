@@ -7,8 +7,8 @@ from importlib.util import find_spec
 
 import pytest
 
-from aeros.cli import plant_argument
 from aeros.cli.plant_argument import add_plant_argument, best_plant, plant_name
+from aeros.session import plant_factory
 from aeros.session.plant_factory import PLANTS
 
 
@@ -32,7 +32,7 @@ def test_shipped_plants_are_accepted_and_others_refused_with_the_nearest_name() 
 def test_the_best_plant_is_the_nearest_to_a_robot_that_is_installed(
     installed: set[str], plant: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(plant_argument, "find_spec", lambda name: name if name in installed else None)
+    monkeypatch.setattr(plant_factory, "find_spec", lambda name: name if name in installed else None)
     assert best_plant() == plant
     parser = ArgumentParser()
     add_plant_argument(parser)

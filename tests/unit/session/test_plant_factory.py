@@ -134,7 +134,8 @@ def test_without_its_library_a_plant_names_the_others(monkeypatch: pytest.Monkey
     monkeypatch.setitem(sys.modules, "aeros.sim.mujoco.engine", None)
     with (
         pytest.raises(
-            PlantSetupError, match=r"mujoco plant needs `pip install '\.\[mujoco\]'.*`--plant physics`"
+            PlantSetupError,
+            match=r"mujoco plant needs `pip install '\.\[mujoco\]'.*; plants that can run here: .*symbolic$",
         ),
         open_plant("mujoco", proved()[0], BARE, 0),
     ):

@@ -34,7 +34,8 @@ def identifier(text: str) -> str:
     """
     form = PATTERNS["identifier"]
     if not form.regex.fullmatch(text):
-        near = re.sub(r"[^a-z0-9_]+", "_", text.lower()).strip("_0123456789")
+        stem = text.lower().removesuffix(".yaml").removesuffix(".yml")
+        near = re.sub(r"[^a-z0-9_]+", "_", stem).strip("_0123456789")
         hint = f", or `{near}`" if form.regex.fullmatch(near) else ""
         raise argparse.ArgumentTypeError(
             f"`{escape_invisible(text)}` is not a name: write {form.words}, as in `{form.example}`{hint}"

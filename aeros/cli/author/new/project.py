@@ -100,9 +100,9 @@ def _new_site(arguments: argparse.Namespace) -> Exit:
         arguments.parent,
         {path: _filled("site.yaml", name=arguments.name)},
         (
+            f"aeros verify --site {shown}",
             f"aeros site {shown}",
-            f"aeros new ecm NAME --site {shown}",
-            "aeros new project NAME       a site of this kind, with a module, tests and CI",
+            "aeros new project NAME       a site of this kind, with a module that fits it, tests and CI",
         ),
     )
 

@@ -81,6 +81,11 @@ def add_to(commands: Subparsers) -> None:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
+    if (folder := next((path for path in arguments.files if path.is_dir()), None)) is not None:
+        raise UsageError(
+            f"`{folder}` is a folder: name a YAML file of expected decisions, as `aeros new project` writes "
+            "one; pytest runs a module's tests in Python"
+        )
     declared = [(path, parse_site_tests(read_source(path))) for path in arguments.files]
     chosen = [(path, _choose(tests, arguments.only)) for path, tests in declared]
     if not any(count for _, (_, count) in chosen):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.typecheck.desugar import Norm
 from aeros.spec.expr.types import BOOL, RealType, Type, VectorType
+from aeros.spec.expr.units import NUMBER, cure_of_bare_number, format_number
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,5 +133,16 @@ def require_same_type(left: TypedTerm, right: TypedTerm, relation: str) -> None:
         right.extent,
         label=str(right.type),
         related=(left.extent, str(left.type)),
-        cure="give both sides the same unit" if units else None,
+        cure=(_with_unit(left, right) or _with_unit(right, left) or "give both sides the same unit")
+        if units
+        else None,
     )
+
+
+def _with_unit(number: TypedTerm, other: TypedTerm) -> str | None:
+    """Write a bare number with the unit of the other side; None if it is none."""
+    if number.type != RealType(NUMBER) or not isinstance(number.term, t.Literal):
+        return None
+    if not isinstance(other.type, RealType) or not isinstance(number.term.value, Fraction):
+        return None
+    return cure_of_bare_number(format_number(number.term.value), other.type.dimension)

@@ -33,7 +33,7 @@ def report_of(capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
 
 
 def test_exit_codes_are_as_documented() -> None:
-    assert [code.value for code in Exit] == [0, 1, 2, 3, 4, 130]
+    assert [code.value for code in Exit] == [0, 1, 2, 3, 4, 130, 141]
     assert Exit(3).name == "UNDECIDED"
 
 
@@ -181,7 +181,6 @@ def test_rejected_outweighs_undecided(module: Path) -> None:
         ["verify", "m", "--unknown"],
         ["verify", "m", "--site"],
         ["verified", "m"],
-        [],
     ],
     ids=str,
 )
@@ -322,3 +321,23 @@ def test_an_internal_fault_is_our_bug_and_shows_no_traceback(
     shown = capsys.readouterr().err
     assert "a bug in aeros, not in your files: AssertionError: not in the scalar core" in shown
     assert "Traceback" not in shown
+
+
+def test_a_site_is_proved_alone_if_it_is_given_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["verify", "--site", str(CORPUS / "site" / "table.yaml")]) == Exit.SUCCESS
+    assert capsys.readouterr().out == "table  proved       78 obligations\n"
+    assert main(["verify"]) == Exit.USAGE
+    assert "`--site FILE` alone proves a site" in capsys.readouterr().err
+    (tmp_path / "aeros.toml").write_text(f'site = "{CORPUS / "site" / "table.yaml"}"\n')
+    assert main(["verify"]) == Exit.USAGE
+
+
+def test_a_site_file_in_place_of_a_module_gets_a_cure(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    site = str(CORPUS / "site" / "table.yaml")
+    assert main(["verify", site, "--site", site]) == Exit.REJECTED
+    assert f"help: if it is a site file, give it by `--site {site}`" in capsys.readouterr().out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.cli.author.watch import take_snapshot, wait_for_change
+from aeros.cli.author.watch import changed_files, files_read_for, take_snapshot, wait_for_change
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from tests.repo.tree import ROOT
@@ -48,8 +49,36 @@ def test_it_waits_until_the_files_stay_as_they_are(tmp_path: Path, monkeypatch: 
 
     monkeypatch.setattr("aeros.cli.author.watch.time.sleep", edit)
     file.write_text("")
-    found = wait_for_change([file], take_snapshot([file]))
+    found = wait_for_change(lambda: [file], take_snapshot([file]))
     assert found[file][1] == len("abc")
+
+
+def test_modules_next_to_one_and_the_sites_of_overlays_are_watched(tmp_path: Path) -> None:
+    for name in ("tidy", "clean", "o", "deep/er"):
+        (tmp_path / name).mkdir(parents=True)
+    for name in ("tidy/ecm.yaml", "clean/ecm.yaml", "clean/skills.py", "deep/er/ecm.yaml", "cell.yaml"):
+        (tmp_path / name).touch()
+    overlay = tmp_path / "o" / "over.yaml"
+    overlay.write_text("schema: aeros/overlay/1\nbase: ../cell.yaml # the cell\n")
+    (tmp_path / "cell.yaml").write_text("base: o/over.yaml\n")  # each is the base of the other
+    before = take_snapshot(files_read_for([tmp_path / "tidy"], overlay))
+    assert {str(one.relative_to(tmp_path)) for one in before} == {
+        *("tidy/ecm.yaml", "clean/ecm.yaml", "clean/skills.py"),
+        *("o/over.yaml", "cell.yaml"),
+    }
+    (tmp_path / "cell.yaml").write_text("schema: aeros/site/2\n")
+    (tmp_path / "o" / "new.yaml").touch()
+    after = take_snapshot(files_read_for([tmp_path / "tidy"], overlay))
+    assert changed_files(before, after) == [tmp_path / "cell.yaml", tmp_path / "o" / "new.yaml"]
+
+
+def test_it_ends_when_nobody_reads_the_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as output:
+        monkeypatch.setattr("sys.stdout", output)
+        with pytest.raises(BrokenPipeError):
+            wait_for_change(lambda: [tmp_path], take_snapshot([tmp_path]))
 
 
 def test_a_change_is_verified_again_until_ctrl_c(tmp_path: Path) -> None:
@@ -72,10 +101,12 @@ def test_a_change_is_verified_again_until_ctrl_c(tmp_path: Path) -> None:
                 manifest = module / "ecm.yaml"
                 manifest.write_text(manifest.read_text() + "surplus: 1\n")
         process.send_signal(signal.SIGINT)
-        assert process.wait(60) == Exit.SUCCESS
-    text = "".join(shown)
-    assert "proved" in text.partition("a file changed")[0]
-    assert "error[AE" in text.partition("a file changed")[2]
+        assert process.wait(60) == Exit.INTERRUPTED
+    before, changed, after = "".join(shown).partition("ecm.yaml changed")
+    assert "proved" in before
+    assert changed
+    assert "error[AE" in after
+    assert "Traceback" not in after
 
 
 def test_a_report_for_programs_is_not_written_again_and_again(capsys: pytest.CaptureFixture[str]) -> None:

@@ -24,6 +24,7 @@ def test_it_proves_and_runs_and_shows_both_commands(capsys: pytest.CaptureFixtur
     assert "$ aeros verify " in shown
     assert "$ aeros run 'clean the table' --ecms " in shown
     assert "goal reached" in shown
+    assert "For physics and films: `pip install" in shown
     assert (Path("out") / "audit.jsonl").exists()
 
 

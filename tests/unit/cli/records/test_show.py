@@ -304,3 +304,14 @@ _REASONS = st.lists(
 def test_every_record_is_shown(details: dict[str, Any], reasons: list[list[str]]) -> None:
     shown = format_record(record(**{**details, "reasons": reasons}), site())
     assert "\x1b" not in shown
+
+
+def test_numbers_digests_and_versions_are_short_for_people() -> None:
+    asked = {"kind": "move", "parameters": {"speed": 0.1 + 0.2, "target": [0.1 + 0.2, 1, 2.0]}}
+    text = format_record(record(verdict="ALLOW", module="a", skill="b", asked=asked, time=0.1 + 0.2), None)
+    assert text.endswith("ALLOW      a.b asks for move(speed=0.3, target=[0.3, 1, 2.0]) at 0.300 s")
+    modules = {"tidy": {"code": "a" * 64, "manifest": "b" * 64, "version": "1.0.0"}}
+    text = format_record(record("session-opened", configuration="0f" * 32, modules=modules), None)
+    assert text.endswith('{"configuration": "0f0f0f0f0f0f…", "modules": {"tidy": "1.0.0"}}')
+    assert format_record(record("x", much="z" * 500), None).endswith("z…")
+    assert format_record(record("x", time=1796140000.1234), None).endswith('{"time": 1796140000.123}')

@@ -57,6 +57,7 @@ def test_code_that_raises_breaks_the_promise(capsys: pytest.CaptureFixture[str])
         (f"{PLANTS}:other", "makes an object of type int"),
         ("symbolic", "has no robot"),
         ("turntabel", "no plant is called `turntabel`"),
+        ("kinematik", "did you mean `kinematic`?"),
     ],
 )
 def test_a_plant_that_is_not_there_is_a_usage_error(

@@ -56,3 +56,8 @@ def test_a_module_that_is_not_proved_runs_no_test(changed: Path, capsys: pytest.
     shown = capsys.readouterr()
     assert shown.out == ""
     assert "error[AE501]" in shown.err
+
+
+def test_a_folder_is_no_file_of_tests(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["test", str(tmp_path)]) == Exit.USAGE
+    assert f"`{tmp_path}` is a folder: name a YAML file of expected decisions" in capsys.readouterr().err
