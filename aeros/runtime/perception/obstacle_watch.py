@@ -39,7 +39,7 @@ class ObstacleWatch:
 
     def __init__(self, plant: Plant, record: RecordEvent) -> None:
         self._plant = plant
-        self._takes_pictures = hasattr(plant, "pictures")
+        self._has_pictures = hasattr(plant, "pictures")
         self._configuration: Configuration | None = None
         self._postures = PostureLog()
         self._cameras = CameraPlaces(self._postures, record)
@@ -121,7 +121,7 @@ class ObstacleWatch:
 
     def _motion(self) -> MotionPolicy | None:
         """Return the motion policy in force if it looks for obstacles, and the plant takes pictures."""
-        if not self._takes_pictures or self._configuration is None:
+        if not self._has_pictures or self._configuration is None:
             return None
         motion = self._configuration.site.motion
         return None if motion is None or motion.obstacles is None else motion

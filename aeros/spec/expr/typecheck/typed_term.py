@@ -140,9 +140,11 @@ def require_same_type(left: TypedTerm, right: TypedTerm, relation: str) -> None:
 
 
 def _with_unit(number: TypedTerm, other: TypedTerm) -> str | None:
-    """Write a bare number with the unit of the other side; None if it is none."""
-    if number.type != RealType(NUMBER) or not isinstance(number.term, t.Literal):
-        return None
-    if not isinstance(other.type, RealType) or not isinstance(number.term.value, Fraction):
-        return None
-    return cure_of_bare_number(format_number(number.term.value), other.type.dimension)
+    """Write a bare number with the unit of the other side; None if it is none, or that cannot be written."""
+    match number, other.type:
+        case TypedTerm(term=t.Literal(value=Fraction() as value), type=type_), RealType(dimension=dimension):
+            shown = format_number(value)
+            can_be_written = not (shown.startswith("≈") or str(dimension).startswith("1/"))
+            if type_ == RealType(NUMBER) and can_be_written:
+                return cure_of_bare_number(shown, dimension)
+    return None

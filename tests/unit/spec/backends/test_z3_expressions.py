@@ -26,86 +26,16 @@ S, T = (z3.Int(name, CONTEXT) for name in "st")
         ("negation", (A,), z3.Not(A)),
         ("conjunction", ([A, B, A],), z3.And(A, B, A)),
         ("disjunction", ([A, B],), z3.Or(A, B)),
-        (
-            "comparison",
-            (
-                "<",
-                X,
-                Y,
-            ),
-            X < Y,
-        ),
-        (
-            "comparison",
-            (
-                "<=",
-                X,
-                Y,
-            ),
-            X <= Y,
-        ),
-        (
-            "comparison",
-            (
-                "==",
-                X,
-                Y,
-            ),
-            X == Y,
-        ),
-        (
-            "comparison",
-            (
-                "==",
-                S,
-                T,
-            ),
-            S == T,
-        ),
-        (
-            "comparison",
-            (
-                "==",
-                A,
-                B,
-            ),
-            A == B,
-        ),
-        (
-            "sum",
-            (
-                X,
-                Y,
-            ),
-            X + Y,
-        ),
-        (
-            "product",
-            (
-                X,
-                Y,
-            ),
-            X * Y,
-        ),
+        ("comparison", ("<", X, Y), X < Y),
+        ("comparison", ("<=", X, Y), X <= Y),
+        ("comparison", ("==", X, Y), X == Y),
+        ("comparison", ("==", S, T), S == T),
+        ("comparison", ("==", A, B), A == B),
+        ("sum", (X, Y), X + Y),
+        ("product", (X, Y), X * Y),
         ("opposite", (X,), -X),
-        (
-            "choice",
-            (
-                A,
-                X,
-                Y,
-            ),
-            z3.If(A, X, Y),
-        ),
-        (
-            "choice",
-            (
-                A,
-                A,
-                B,
-            ),
-            z3.If(A, A, B),
-        ),
+        ("choice", (A, X, Y), z3.If(A, X, Y)),
+        ("choice", (A, A, B), z3.If(A, A, B)),
     ],
 )
 def test_an_expression_is_that_of_the_operator(maker: str, arguments: tuple[Any, ...], expected: Any) -> None:

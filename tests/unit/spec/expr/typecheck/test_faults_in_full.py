@@ -55,6 +55,8 @@ OTHERS: list[tuple[str, Scope, Type]] = [
         (text, SCOPE, BOOL)
         for text in (
             "k <= 20 °C",
+            "x <= 1 / 3",
+            "2 / 1 s <= 5",
             "20 °C + 1 K <= 300 K",
             "cell.lowr == p",
             "cell.centre == p",
