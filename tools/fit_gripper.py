@@ -14,20 +14,11 @@ from xml.etree import ElementTree
 import numpy as np
 
 from tools.fit_link_hulls import Points
-from tools.urdf_shapes import (
-    axis_of,
-    link_shapes,
-    number_of,
-    pose_of,
-    read_urdf,
-    transform,
-)
+from tools.urdf_shapes import axis_of, number_of, read_urdf, transform
+from tools.urdf_tree import UrdfTree, link_mass, link_of, mass_of_parts, read_tree, rigid_part, shapes_of
 
 _ALIKE: Final = 0.002
 """Greatest difference of both fingers, m."""
-
-_SHAPES: Final = ("collision", "visual")
-"""Elements of a link that have shapes."""
 
 _BEFORE_THE_TIPS: Final = 0.009
 """Distance of the tool centre point from the ends of the fingers, m: as of the Franka Hand."""
@@ -78,16 +69,12 @@ def read_gripper_urdf(path: Path) -> GripperParts:
     Raises:
         SystemExit: it has no two fingers that move in parallel and are alike.
     """
-    root = read_urdf(path)
-    links = {one.get("name", ""): one for one in root.findall("link")}
-    by_parent: dict[str, list[ElementTree.Element]] = {}
-    for joint in root.findall("joint"):
-        by_parent.setdefault(_end(joint, "parent"), []).append(joint)
-    children = {_end(joint, "child") for joint in root.findall("joint")}
-    bases = [name for name in links if name not in children]
-    if len(bases) != 1 or not children <= links.keys():
+    tree = read_tree(read_urdf(path))
+    children = {link_of(one, "child") for some in tree.joints.values() for one in some}
+    bases = [name for name in tree.links if name not in children]
+    if len(bases) != 1 or not children <= tree.links.keys():
         raise SystemExit(f"{path}: the links of a gripper are one tree; give each joint links that are there")
-    palm, moving = _rigid_part(bases[0], np.eye(4), by_parent, set())
+    palm, moving = rigid_part(tree, bases[0], np.eye(4), set())
     kinds = {one.get("type") for one, _ in moving}
     if len(moving) != 2 or kinds != {"prismatic"}:
         found = ", ".join(f"`{one.get('name')}` ({one.get('type')})" for one, _ in moving) or "none"
@@ -96,7 +83,7 @@ def read_gripper_urdf(path: Path) -> GripperParts:
             "on a prismatic joint of the palm; suction and fingers that swing are not supported"
         )
     quarter = _quarter_turn(*moving[0], path)
-    first, second = (_finger(one, place, by_parent, links, path, quarter) for one, place in moving)
+    first, second = (_finger(one, place, tree, path, quarter) for one, place in moving)
     if first.boxes[0][:, 1].mean() < 0.0:
         first, second = second, first
     turned = [np.sort(box * (-1.0, -1.0, 1.0), axis=0) for box in second.boxes]
@@ -115,7 +102,7 @@ def read_gripper_urdf(path: Path) -> GripperParts:
             f"{path}: the closed fingers are {1e3 * first.gaps[0]:g} mm apart. AEROS has grippers whose pads "
             "meet; correct the limits, or the shapes of the pads"
         )
-    points = np.concatenate(_shapes_of(palm, links, path))
+    points = np.concatenate(shapes_of(palm, tree, path))
     boxes = first.boxes
     tool = round(float(max(box[1, 2] for box in boxes)) - _BEFORE_THE_TIPS, 4)
     if tool <= 0.0:
@@ -125,7 +112,8 @@ def read_gripper_urdf(path: Path) -> GripperParts:
         f"  widest_gap: {1e3 * first.gaps[1]:g} mm",
         "  palm:",
     ]
-    lines += _mass_lines([(links[name], quarter @ place) for name, place in palm])
+    held = mass_of_parts([(name, quarter @ place) for name, place in palm], tree, "the palm of the gripper")
+    lines += [f"    mass: {held.mass:g}", f"    centre: {held.centre}", f"    inertia: {held.inertia}"]
     lines += ["  finger:", f"    mass: {first.mass:g}", "    boxes:"]
     for box in boxes:
         edges, middle = (np.round(one, 5) + 0.0 for one in (box[1] - box[0], box.mean(axis=0)))
@@ -156,25 +144,6 @@ def _corners(box: Points) -> Points:
     return np.array([(x, y, z) for x in box[:, 0] for y in box[:, 1] for z in box[:, 2]])
 
 
-def _rigid_part(
-    name: str, place: Points, by_parent: dict[str, list[ElementTree.Element]], seen: set[str]
-) -> tuple[list[tuple[str, Points]], list[tuple[ElementTree.Element, Points]]]:
-    """Return the links that are fixed to one, with their poses, and the joints on them that move."""
-    if name in seen:
-        raise SystemExit(f"the joints of the URDF lead back to the link `{name}`; make them a tree")
-    seen.add(name)
-    part, moving = [(name, place)], []
-    for joint in by_parent.get(name, ()):
-        there = place @ pose_of(joint.find("origin"))
-        if joint.get("type") != "fixed":
-            moving.append((joint, there))
-            continue
-        more, joints = _rigid_part(_end(joint, "child"), there, by_parent, seen)
-        part += more
-        moving += joints
-    return part, moving
-
-
 def _quarter_turn(joint: ElementTree.Element, place: Points, path: Path) -> Points:
     """Return the turn about z (4, 4) that lays the way of the fingers along y."""
     x, y, _ = place[:3, :3] @ axis_of(joint)
@@ -190,12 +159,11 @@ def _quarter_turn(joint: ElementTree.Element, place: Points, path: Path) -> Poin
 def _finger(
     joint: ElementTree.Element,
     place: Points,
-    by_parent: dict[str, list[ElementTree.Element]],
-    links: dict[str, ElementTree.Element],
+    tree: UrdfTree,
     path: Path,
     quarter: Points,
 ) -> _Finger:
-    part, moving = _rigid_part(_end(joint, "child"), quarter @ place, by_parent, set())
+    part, moving = rigid_part(tree, link_of(joint, "child"), quarter @ place, set())
     limit, mimic = joint.find("limit"), joint.find("mimic")
     if moving or limit is None:
         raise SystemExit(
@@ -205,14 +173,14 @@ def _finger(
         raise SystemExit(
             f"{path}: the fingers move by different ways; give `<mimic>` a `multiplier` of 1 or -1"
         )
-    shapes = _shapes_of(part, links, path)
+    shapes = shapes_of(part, tree, path)
     boxes = _outer_boxes([np.array((points.min(axis=0), points.max(axis=0))) for points in shapes])
     way = float((quarter @ place)[1, :3] @ axis_of(joint))
     side = float(np.sign(np.mean([box[:, 1].mean() for box in boxes])))
     shifts = [way * number_of(limit, end, "0") for end in ("lower", "upper")]
     inner = min(float((side * box[:, 1]).min()) for box in boxes)
     least, most = sorted(2.0 * (inner + side * shift) for shift in shifts)
-    mass = sum(_mass_of(links[name]) for name, _ in part)
+    mass = sum(link_mass(tree.links[name]) for name, _ in part)
     if mass <= 0.0:
         raise SystemExit(
             f"{path}: the finger of `{joint.get('name')}` has no mass; give its link an `<inertial>`"
@@ -222,55 +190,3 @@ def _finger(
     # Shapes that overlap at the lower end cannot: the pads have met before.
     met = np.array((0.0, -side * inner, 0.0))
     return _Finger([box + met for box in boxes], (max(least, 0.0), most), mass)
-
-
-def _shapes_of(
-    part: list[tuple[str, Points]], links: dict[str, ElementTree.Element], path: Path
-) -> list[Points]:
-    """Return the shapes of rigid parts; a link may have none, as a frame at the fingertips."""
-    bodies = [one for one in part if any(links[one[0]].find(kind) is not None for kind in _SHAPES)]
-    return [
-        transform(place, points)
-        for name, place in bodies or part[:1]
-        for points in link_shapes(links[name], path)
-    ]
-
-
-def _mass_of(link: ElementTree.Element) -> float:
-    mass = link.find("inertial/mass")
-    return 0.0 if mass is None else number_of(mass, "value")
-
-
-def _mass_lines(parts: list[tuple[ElementTree.Element, Points]]) -> list[str]:
-    """Return mass, centre and inertia of rigid parts together, as lines."""
-    masses, centres, tensors = [], [], []
-    for link, place in parts:
-        inertial, inertia = link.find("inertial"), link.find("inertial/inertia")
-        if inertial is None or inertia is None:
-            continue
-        pose = place @ pose_of(inertial.find("origin"))
-        xx, yy, zz, xy, xz, yz = (
-            number_of(inertia, key, "0") for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-        )
-        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        masses.append(_mass_of(link))
-        centres.append(pose[:3, 3])
-        tensors.append(pose[:3, :3] @ tensor @ pose[:3, :3].T)
-    if sum(masses) <= 0.0:
-        raise SystemExit("the palm of the gripper has no mass; give its link an `<inertial>`")
-    middle = np.array(masses) @ np.array(centres) / sum(masses)
-    total = np.zeros((3, 3))
-    for mass, centre, tensor in zip(masses, centres, tensors, strict=True):
-        away = centre - middle
-        total += tensor + mass * (float(away @ away) * np.eye(3) - np.outer(away, away))
-    numbers = [total[0, 0], total[1, 1], total[2, 2], total[0, 1], total[0, 2], total[1, 2]]
-    return [
-        f"    mass: {sum(masses):g}",
-        f"    centre: {[round(float(x), 6) + 0.0 for x in middle]}",
-        f"    inertia: {[round(float(x), 6) + 0.0 for x in numbers]}",
-    ]
-
-
-def _end(joint: ElementTree.Element, end: str) -> str:
-    found = joint.find(end)
-    return "" if found is None else found.get("link", "")

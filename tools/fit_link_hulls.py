@@ -144,7 +144,9 @@ def _meet(body: RobotBody, pair: HullPair, lowest: Points, highest: Points) -> b
     return True
 
 
-def write_hulls(output: Path, rows: Rows, hulls: tuple[Hull, ...], lowest: Points, highest: Points) -> None:
+def write_hulls(
+    output: Path, rows: Rows, hulls: tuple[Hull, ...], lowest: Points, highest: Points
+) -> tuple[tuple[str, str], ...]:
     """Find the exempt pairs, and write them with the hulls.
 
     Args:
@@ -153,6 +155,9 @@ def write_hulls(output: Path, rows: Rows, hulls: tuple[Hull, ...], lowest: Point
         hulls: of the links: `foot`, those of the arm from the base outwards, then the others.
         lowest: lowest joint positions (joints,), rad.
         highest: highest joint positions (joints,), rad.
+
+    Returns:
+        The names of the links of each exempt pair.
     """
     body = RobotBody(rows, (0.0,) * 3, (), hulls)
     chain = hulls[: len(rows) + 1]
@@ -174,6 +179,7 @@ def write_hulls(output: Path, rows: Rows, hulls: tuple[Hull, ...], lowest: Point
     pairs = ",\n  ".join(json.dumps(one) for one in exempt)
     output.write_text(f'{{"hulls": [\n  {lines}\n], "exempt_pairs": [\n  {pairs}\n]}}\n')
     print(f"{len(exempt)} exempt pairs; wrote {output}")
+    return tuple((inner, outer) for inner, outer in (one["links"] for one in exempt))
 
 
 def main() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 from typing import Final
@@ -10,8 +11,9 @@ import numpy as np
 
 from aeros.kinematic_chain import Row
 from aeros.runtime.ports import RobotBody
-from aeros.sim.robot.kinematics import solve_ik, solve_ik_one
+from aeros.sim.robot.kinematics import forward_kinematics, solve_ik, solve_ik_one
 from aeros.sim.robot.model import Postures, RobotModel
+from aeros.sim.robot.profile import UnreachableError, line_path
 from aeros.sim.robot.robot_file import reference_robot
 from tools.fit_link_hulls import Points
 
@@ -49,17 +51,8 @@ def search_postures(
     Returns:
         The weights, one for each joint, and the rows, rad or m.
     """
-    known = reference_robot()
-    lean = np.ones(len(rows))
-    arm = replace(
-        known,
-        body=RobotBody(rows, (0.0, 0.0, reach), (), (), ()),
-        limits=replace(known.limits, lowest=ends[0], highest=ends[1]),
-        hand=replace(known.hand, turn=turn),
-        postures=Postures(ready, lean, ()),
-    )
-    first, last = arm.turning_ends
-    lean[[first, last]] = 0.0
+    arm = _arm(rows, reach, turn, ends, ready)
+    lean = arm.postures.lean_weights
     poses = [(np.array(place), yaw) for place, yaw in product(_PLACES, _YAWS)]
     unsolved = [pose for pose in poses if solve_ik_one(arm, *pose, ready) is None]
     candidates = [one for pose in unsolved if (one := _difference(arm, *pose)) is not None]
@@ -73,6 +66,56 @@ def search_postures(
         chosen.append(candidates.pop(best))
         unsolved = [pose for pose, done in zip(unsolved, solved[best], strict=True) if not done]
     return lean.tolist(), [one.round(3).tolist() for one in chosen]
+
+
+def count_lines(
+    rows: tuple[Row, ...],
+    reach: float,
+    turn: float,
+    ends: tuple[Points, Points],
+    ready: Points,
+    is_free: Callable[[Points], bool],
+) -> int:
+    """Count the places to which the tool gets from a ready posture along a straight line.
+
+    Args:
+        rows: modified Denavit-Hartenberg parameters of the chain.
+        reach: distance of the tool centre point from the last joint's frame, m.
+        turn: angle by which the hand is mounted turned, rad.
+        ends: lowest and highest joint positions, each (joints,), rad or m.
+        ready: the ready posture (joints,), rad or m.
+        is_free: returns True if no links meet in a posture.
+
+    Returns:
+        How many of the places before the arm and beside it are reached with yaw 0, in postures in which no
+        links meet.
+    """
+    arm = _arm(rows, reach, turn, ends, ready)
+    (start,), _, _ = forward_kinematics(arm, ready[None, :])
+    count = 0
+    for place in _PLACES:
+        try:
+            path = line_path(arm, ready, (start, 0.0), (np.array(place), 0.0))
+        except UnreachableError:
+            continue
+        count += is_free(np.array(path[-1][-1]))
+    return count
+
+
+def _arm(
+    rows: tuple[Row, ...], reach: float, turn: float, ends: tuple[Points, Points], ready: Points
+) -> RobotModel:
+    """Return the arm as far as inverse kinematics needs it."""
+    known, lean = reference_robot(), np.ones(len(rows))
+    arm = replace(
+        known,
+        body=RobotBody(rows, (0.0, 0.0, reach), (), (), ()),
+        limits=replace(known.limits, lowest=ends[0], highest=ends[1]),
+        hand=replace(known.hand, turn=turn),
+        postures=Postures(ready, lean, ()),
+    )
+    lean[[*arm.turning_ends]] = 0.0
+    return arm
 
 
 def _turned(arm: RobotModel, place: Points, yaw: float) -> Points:

@@ -19,6 +19,7 @@ from typing import Final, TextIO
 
 import coverage
 import pytest
+from hypothesis.internal.conjecture import engine
 
 from tests.mutation.areas import Area
 from tests.mutation.forks import fork
@@ -111,7 +112,7 @@ class Trials(QuickReports):
         if not tests:
             return Outcome(SURVIVED, "", 0.0)
         slowest = max(map(self._reach.seconds, tests))
-        end, text, used = fork(partial(self._try, mutant, tests), 3 + 2 * self._seconds + 3 * slowest)
+        end, text, used = fork(partial(self._try, mutant, tests), 1 + 2 * self._seconds + 1.5 * slowest)
         if end == LATE:
             return Outcome(LATE, "", used)
         verdict, _, last = text.rstrip("\n").rpartition("\n")[2].partition(" ")
@@ -152,8 +153,10 @@ class Trials(QuickReports):
         """Give a fork folders of its own: a mutant's proofs are not for others to find.
 
         Questions are answered in the fork, whose code has the fault, and not by the solver process, which
-        imports AEROS anew; but for faults of how that process is asked.
+        imports AEROS anew; but for faults of how that process is asked.  Hypothesis looks for no smaller case
+        than the first that fails, which can take it most of a minute.
         """
+        engine.MAX_SHRINKS = 0
         if self._area.proves():
             os.environ["AEROS_STORE_OF_TESTS"] = tempfile.mkdtemp(dir=os.environ["AEROS_STORE_OF_TESTS"])
             if not unit.startswith("SolverProcess"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -10,9 +12,11 @@ from aeros.spec.expr.lower import lower, size_bounds, values_by_scalar
 from aeros.spec.expr.parser import KEYWORDS, ExpressionSyntaxError, parse
 from aeros.spec.expr.random_conditions import ConditionCase, cases, conditions, exact_environment
 from aeros.spec.expr.random_terms import VARIABLES
-from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.semantics import TimedState, evaluate, is_true
+from aeros.spec.expr.types import BOOL
 from aeros.spec.expr.units import format_quantity, parse_quantity, unit_names
 from tests.hypothesis_profiles import examples
+from tests.unit.spec.expr.typecheck.type_rules import type_of
 
 _SETTINGS = examples(60)
 _WORDS = [
@@ -79,12 +83,30 @@ def test_evaluation_is_total_and_lowering_twice_is_lowering_once_in_meaning(case
 @given(conditions())
 def test_the_core_is_scalar_and_no_larger_than_foretold(term: t.Term) -> None:
     core = lower(term)
+    assert type_of(term) == type_of(core) == BOOL
     assert _size(core) <= size_bounds(term)[0]
     pending = [core]
     while pending:
         node = pending.pop()
         assert isinstance(node, _SCALAR_CORE)
         pending.extend(t.children(node))
+
+
+@examples(40)
+@given(cases(), st.lists(st.booleans(), max_size=3))
+def test_a_past_condition_anywhere_in_a_term_counts_as_its_value(
+    case: ConditionCase, held: list[bool]
+) -> None:
+    env = exact_environment(case.values)
+    trace = [TimedState(Fraction(at), {**env, "b": one}) for at, one in enumerate([*held, env["b"]])]
+    past: dict[str, t.Term] = {
+        "n": t.Occurrences(VARIABLES["b"], Fraction(2)),
+        "laps": t.Occurrences(t.Previously(VARIABLES["b"]), Fraction(9)),
+        "a": t.Since(t.TRUE, VARIABLES["b"], Fraction(1)),
+        "kettle.hot": t.Previously(VARIABLES["b"]),
+    }
+    values = {name: evaluate(term, env, trace) for name, term in past.items()}
+    assert is_true(t.substitute(case.term, past), env, trace) is is_true(case.term, {**env, **values})
 
 
 @_SETTINGS

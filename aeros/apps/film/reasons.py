@@ -44,7 +44,7 @@ def reason_text(causes: Sequence[RuleCause]) -> str:
     changed = ", ".join(
         f"{in_words(one.quantity)} {one.bound:.2f} in place of {one.value:.2f} {one.unit}" for one in others
     )
-    return f"person at {person.value:.2f} m: {changed}"
+    return f"person first at {person.value:.2f} m: {changed}"
 
 
 def _needed(one: Shortfall) -> str:

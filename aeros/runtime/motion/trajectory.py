@@ -218,7 +218,7 @@ class MotionDecider:
             *_other_numbers(plan),
         ]
         if set(map(type, numbers)) != {float} or not all(map(isfinite, numbers)):
-            return "one of its numbers is not finite"
+            return _number_fault(numbers)
         if plan.duration <= 0.0:
             return "its duration is not above 0 s"
         fault = _prismatic_fault(policy, plan.body)
@@ -657,6 +657,14 @@ def _other_numbers(plan: Trajectory) -> list[float]:
         numbers += [*_per_joint(servo, len(body.dh_rows)), servo.tool_speed, servo.tool_acceleration]
         numbers.append(servo.tool_jerk)
     return numbers
+
+
+def _number_fault(numbers: Sequence[object]) -> str:
+    """Say what is wrong with numbers of which one is no float or not finite."""
+    other = next((number for number in numbers if type(number) is not float), None)
+    if other is None:
+        return "one of its numbers is not finite"
+    return f"one of its numbers, {other!r}, is of the type `{type(other).__name__}`; it needs `float`"
 
 
 def _per_joint(servo: ServoBounds, joints: int) -> list[float]:

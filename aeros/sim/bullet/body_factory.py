@@ -37,6 +37,7 @@ def load_model(
     fixed: bool,
     client: int,
     collides_with_itself: bool = False,
+    declared_inertia: bool = False,
 ) -> int:
     """Load a URDF file as a body.
 
@@ -47,6 +48,7 @@ def load_model(
         fixed: fix its base to W.
         client: number of the PyBullet client.
         collides_with_itself: let its links collide with each other.
+        declared_inertia: take inertias of links from the file; otherwise PyBullet computes them of shapes.
 
     Returns:
         The body's number in PyBullet.
@@ -57,13 +59,15 @@ def load_model(
     if not os.path.isfile(path):
         missing = f"model file not found: `{path}`"
         raise UserError([Diagnostic("AE002", missing, help=("install AEROS again if it came with it",))])
+    flags = bullet.URDF_USE_SELF_COLLISION if collides_with_itself else 0
+    flags |= bullet.URDF_USE_INERTIA_FROM_FILE if declared_inertia else 0
     try:
         body: int = bullet.loadURDF(
             path,
             position,
             orientation,
             useFixedBase=fixed,
-            flags=bullet.URDF_USE_SELF_COLLISION if collides_with_itself else 0,
+            flags=flags,
             physicsClientId=client,
         )
     except bullet.error as error:
@@ -244,7 +248,7 @@ class BodyFactory:
         Raises:
             UserError: there is no such file, or PyBullet cannot load it.
         """
-        body = load_model(path, position, orientation, fixed=fixed, client=self.client)
+        body = load_model(path, position, orientation, fixed=fixed, client=self.client, declared_inertia=True)
         for link in range(-1, bullet.getNumJoints(body, physicsClientId=self.client)):
             self.set_friction(body, link, friction)
         return body

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from math import dist
+from math import dist, isfinite
 from typing import Any
 
 from aeros.runtime.ports import JointPath, MotionCompletion, Trajectory
@@ -21,9 +21,9 @@ from aeros.sim.conformance.plant_under_test import (
 
 
 def the_executed_motion_is_the_decided_one(subject: PlantUnderTest) -> None:
-    """Check that joints and base are on the planned profile at each tick.
+    """Check that joints and base are on the planned profile at each tick, and that its numbers are floats.
 
-    If the plan moves nothing, no joint moves.
+    If the plan moves nothing, no joint moves. A plan with other numbers is denied by the gate.
 
     Args:
         subject: the plant under test.
@@ -38,6 +38,7 @@ def the_executed_motion_is_the_decided_one(subject: PlantUnderTest) -> None:
         require(away <= subject.noise, f"it must move no joint, but moved one by {away} rad or m")
         return
     require(plan.servo is None, "`motion_action` must be an action with a planned path")
+    _require_floats(plan)
     for time, values in seen:
         since = time - start
         profile, base = expected_position(plan, min(1.0, since / plan.duration))
@@ -48,6 +49,23 @@ def the_executed_motion_is_the_decided_one(subject: PlantUnderTest) -> None:
         )
         off = dist(values.get(subject.base_variable, base), base)
         require(off <= subject.tracking_tolerance, f"{since:.3f} s on, the base is {off:.4f} m off its way")
+
+
+def _require_floats(plan: Trajectory) -> None:
+    """Raise `ConformanceError` if chain, tool, base or duration of a plan have other numbers than floats."""
+    body = plan.body
+    wrong = [len(row) for row in body.dh_rows if len(row) not in (3, 4, 5)]
+    require(not wrong, f"a row of `dh_rows` of the plan has {wrong[:1]} numbers; it needs three to five")
+    rows: list[tuple[str, Sequence[float]]] = [("dh_rows", row) for row in body.dh_rows]
+    rows += [("balls", (*ball.centre, ball.radius)) for ball in body.balls]
+    rows += [("joint_paths", q) for path in plan.joint_paths for piece in path for q in piece]
+    rows += [("tool_offset", body.tool_offset), ("base", plan.base), ("base_path", plan.base_path)]
+    for name, row in (*rows, ("duration", (plan.duration,))):
+        for number in row:
+            is_float = type(number) is float and isfinite(number)
+            require(
+                is_float, f"`{name}` of the plan has {number!r}; it needs finite numbers of the type `float`"
+            )
 
 
 def no_speed_is_higher_than_decided(subject: PlantUnderTest) -> None:

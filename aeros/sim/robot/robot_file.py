@@ -73,6 +73,9 @@ _ROUNDING: Final = 1e-9
 _HELD: Final = "held"
 """Name by which barriers call a held object."""
 
+_FRANKA_GAP: Final = 0.08 * (1.0 + _ROUNDING)
+"""Widest gap of the Franka Hand, m (its data sheet), as simulators have it."""
+
 _TILT: Final = 1e-3
 """Greatest tilt and yaw of the tool in the ready posture, rad."""
 
@@ -505,8 +508,22 @@ class _RobotReader:
 
 
 def _check_hand(model: RobotModel, file: declared.Robot, diagnostics: Diagnostics) -> None:
-    """Report fingers outside their enclosures, and a URDF of PyBullet, which has its own hand."""
+    """Report a tool point beside the fingers, fingers outside their enclosures, and a URDF of PyBullet."""
+    (fingers,) = (hull for hull in model.body.hulls if hull.link == "fingers")
+    heights = [z - model.hand.flange for _, _, z in fingers.corners]
+    low, high = min(heights) - fingers.radius, max(heights) + fingers.radius
+    if not low <= model.hand.tool <= high:
+        text = (
+            f"the tool point is {1e3 * model.hand.tool:.4g} mm from the flange; the fingers reach from "
+            f"{1e3 * low:.4g} mm to {1e3 * high:.4g} mm"
+        )
+        cure = "give a `tool` between the fingers, or make the hulls for this `flange`"
+        diagnostics.error("AE208", text, file.hand.tool.span, help=(cure,))
     if model.hand.gripper is None:
+        if model.hand.widest_gap > _FRANKA_GAP:
+            text = f"the hand opens to {1e3 * model.hand.widest_gap:g} mm; the `franka_hand` opens to 80 mm"
+            cure = "write 80 mm or less, or `model: two_fingers`"
+            diagnostics.error("AE208", text, file.hand.widest_gap.span, help=(cure,))
         return
     if file.urdf is not None:
         text = "the URDF of PyBullet has the Franka Hand, and this hand is another one"

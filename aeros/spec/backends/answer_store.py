@@ -66,7 +66,7 @@ class AnswerStore:
     """SQLite file of answers and proofs by key. Several processes may use one file."""
 
     def __init__(self, path: Path) -> None:
-        self._database: sqlite3.Connection | None = sqlite3.connect(path, timeout=1.0)
+        self._database = sqlite3.connect(path, timeout=1.0)
         try:
             for statement in _SET_UP:
                 self._database.execute(statement)
@@ -84,8 +84,8 @@ class AnswerStore:
             The answer; None if there is none or it cannot be read.
         """
         try:
-            row = self._connection.execute("SELECT answer FROM answers WHERE key = ?", (key,)).fetchone()
-            return None if row is None else _answer(json.loads(row[0]))
+            row = self._database.execute("SELECT answer FROM answers WHERE key = ?", (key,)).fetchone()
+            return _answer(json.loads(row[0]))  # without a row a TypeError
         except (sqlite3.Error, ValueError, LookupError, TypeError, AttributeError, ZeroDivisionError):
             return None
 
@@ -99,8 +99,8 @@ class AnswerStore:
             (key, _text(answer)) for key, answer in answers.items() if answer.result is not SatResult.UNKNOWN
         ]
         try:
-            with self._connection:
-                self._connection.executemany("INSERT OR REPLACE INTO answers VALUES (?, ?)", rows)
+            with self._database:
+                self._database.executemany("INSERT OR REPLACE INTO answers VALUES (?, ?)", rows)
         except sqlite3.Error:
             return
 
@@ -114,7 +114,7 @@ class AnswerStore:
             Head (JSON) and claims (bytes) as they were stored; None if there are none or they cannot be read.
         """
         try:
-            row = self._connection.execute("SELECT head, claims FROM proofs WHERE key = ?", (key,)).fetchone()
+            row = self._database.execute("SELECT head, claims FROM proofs WHERE key = ?", (key,)).fetchone()
         except sqlite3.Error:
             return None
         return None if row is None else (str(row[0]), bytes(row[1]))
@@ -127,27 +127,19 @@ class AnswerStore:
         """
         rows = [(key, *proof) for key, proof in proofs.items()]
         try:
-            with self._connection:
-                self._connection.executemany("INSERT OR REPLACE INTO proofs VALUES (?, ?, ?)", rows)
+            with self._database:
+                self._database.executemany("INSERT OR REPLACE INTO proofs VALUES (?, ?, ?)", rows)
         except sqlite3.Error:
             return
 
     def close(self) -> None:
         """Close the file. Safe to call twice."""
-        if self._database is not None:
-            self._database.close()
-            self._database = None
-
-    @property
-    def _connection(self) -> sqlite3.Connection:
-        if self._database is None:
-            raise sqlite3.ProgrammingError("the store is closed")
-        return self._database
+        self._database.close()
 
 
 def _text(answer: SolverAnswer) -> str:
     model = {name: _value_to_json(value) for name, value in answer.model.items()}
-    return json.dumps({"result": answer.result.value, "model": model}, separators=(",", ":"))
+    return json.dumps({"result": answer.result.value, "model": model})
 
 
 def _value_to_json(value: ScalarValue) -> Any:

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from types import CodeType
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.doubles import adjacent_doubles
@@ -78,12 +78,13 @@ def bytecode_of(source: str, mode: Literal["eval", "exec"]) -> CodeType:
         New code, which knows no globals yet. CPython adapts code to the globals that it runs with, so
         functions that shared code would slow each other down.
     """
-    return cast("CodeType", marshal.loads(_marshalled(source, mode)))  # noqa: S302
+    code: CodeType = marshal.loads(_marshalled(source, mode))  # noqa: S302
+    return code
 
 
 @lru_cache(maxsize=4096)
 def _marshalled(source: str, mode: Literal["eval", "exec"]) -> bytes:
-    return marshal.dumps(compile(source, "<generated>", mode, dont_inherit=True))
+    return marshal.dumps(compile(source, "<generated>", mode))
 
 
 def compile_condition(term: t.Term, ranges: Ranges) -> Predicate:
@@ -97,7 +98,7 @@ def compile_condition(term: t.Term, ranges: Ranges) -> Predicate:
         A function that is true exactly where `term` holds, for all values inside `ranges`.
     """
     generator = _CodeGenerator(ranges)
-    return cast("Predicate", generator.function("v", generator.condition(lower(term))))
+    return generator.function("v", generator.condition(lower(term)))
 
 
 def compile_conditions(terms: Iterable[t.Term], ranges: Ranges) -> CompiledConditions:
@@ -157,7 +158,8 @@ class _CodeGenerator:
         """Compile `code` as a function of these parameters."""
         # The source is built from typed terms alone: names are quoted, numbers are repr of floats.
         source = f"lambda {parameters}: {code}"
-        return cast("Callable[..., Any]", eval(bytecode_of(source, "eval"), self.names))  # noqa: S307
+        function: Callable[..., Any] = eval(bytecode_of(source, "eval"), self.names)  # noqa: S307
+        return function
 
     def condition(self, term: t.Term) -> str:
         return self._as_helper_call(term, self._condition(term))
@@ -204,14 +206,15 @@ class _CodeGenerator:
 
     def _comparison(self, term: t.Compare) -> str:
         left, right = term.left, term.right
-        if not (_is_real(left) and _is_real(right)):
+        if not _is_real(left):  # nor is the other side
             return f"({self.condition(left)} == {self.condition(right)})"
         a, b = self._real(left), self._real(right)
-        if isinstance(right, t.Literal) and a.error == 0:
-            return _compare_to_constant(a.code, term.op, cast("Fraction", right.value), flipped=False)
-        if isinstance(left, t.Literal) and b.error == 0:
-            return _compare_to_constant(b.code, term.op, cast("Fraction", left.value), flipped=True)
-        if a.error == 0 and b.error == 0:
+        match left, right:
+            case _, t.Literal(value=Fraction() as constant) if a.error == 0:
+                return _compare_to_constant(a.code, term.op, constant)
+            case t.Literal(value=Fraction() as constant), _ if b.error == 0:
+                return _compare_to_constant(b.code, term.op, constant, flipped=True)
+        if a.error == b.error == 0:
             return f"({a.code} {term.op} {b.code})"
         return self._filtered_comparison(term, a, b)
 
@@ -240,8 +243,7 @@ class _CodeGenerator:
 
     def _arithmetic(self, term: t.Term) -> _RealCode:
         match term:
-            case t.Literal(value=value):
-                exact = cast("Fraction", value)
+            case t.Literal(value=Fraction() as exact):
                 if abs(exact) > _LARGEST:
                     return _RealCode("0.0", Fraction(0), abs(exact), abs(exact))
                 computed = float(exact)
@@ -287,7 +289,7 @@ def _combine_extremum(code: str, a: _RealCode, b: _RealCode) -> _RealCode:
     return _derived_real(code, max(a.magnitude, b.magnitude), max(a.error, b.error), a, b)
 
 
-def _compare_to_constant(code: str, op: str, constant: Fraction, *, flipped: bool) -> str:
+def _compare_to_constant(code: str, op: str, constant: Fraction, *, flipped: bool = False) -> str:
     """Compare a double to a rational exactly: the rational is rounded so that the answer is the same."""
     below, above = adjacent_doubles(constant)
     if op == "==":

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple
 
 from aeros.spec.expr import terms as t
 
@@ -48,18 +48,18 @@ def truth_over(term: t.Term, values: Mapping[str, Scalar]) -> bool | None:
             return _all([truth_over(one, values) for one in operands])
         case t.Or(operands=operands):
             return _any([truth_over(one, values) for one in operands])
-        case t.Implies(premise=premise, conclusion=conclusion):
-            return truth_over(t.Or((t.Not(premise), conclusion)), values)
         case t.Compare(op=op, left=left, right=right):
             return _compare(op, _value(left, values), _value(right, values))
         case _:
-            return cast("bool | None", _value(term, values))
+            truth: bool | None = _value(term, values)
+            return truth
 
 
-def _value(term: t.Term, values: Mapping[str, Scalar]) -> Scalar:
+def _value(term: t.Term, values: Mapping[str, Scalar]) -> Any:
+    """Return the value of a term of any type, a `Scalar`."""
     match term:
         case t.Literal(value=value):
-            return Interval(value, value) if isinstance(value, Fraction) else cast("Scalar", value)
+            return Interval(value, value) if isinstance(value, Fraction) else value
         case t.Variable(name=name):
             return values[name]
         case t.Conditional(condition=condition, then=then, otherwise=otherwise):
@@ -83,7 +83,8 @@ def _value(term: t.Term, values: Mapping[str, Scalar]) -> Scalar:
 
 
 def _number(term: t.Term, values: Mapping[str, Scalar]) -> Interval:
-    return cast("Interval", _value(term, values))
+    interval: Interval = _value(term, values)
+    return interval
 
 
 def _multiply(left: Interval, right: Interval, *, is_square: bool) -> Interval:

@@ -133,12 +133,12 @@ class Oracle:
             The answers in order, as `check_sat` gives them. Which values a model has may depend on what is
             asked together, unless it is shown.
         """
-        keys = [self._key(one.question) for one in posed]
-        different = {key: one.question for key, one in zip(keys, posed, strict=True)}
-        shown = {key for key, one in zip(keys, posed, strict=True) if one.is_shown}
+        keyed = [(self._key(one.question), one) for one in posed]
+        different = {key: one.question for key, one in keyed}
+        shown = {key for key, one in keyed if one.is_shown}
         found = self._answer_together(different) if len(different) > 1 else {}
         settled = []
-        for key, one in zip(keys, posed, strict=True):
+        for key, one in keyed:
             answer = found.get(key)
             if answer is None or (answer.result is SatResult.SAT and key in shown):
                 answer = self.check_sat(*one.question, one.description)

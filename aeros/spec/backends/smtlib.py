@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import TypeVar, cast
+from typing import TypeVar
 
 from aeros.spec.backends.solver_results import Question, ScalarValue
 from aeros.spec.expr import terms as t
@@ -46,11 +46,11 @@ def literal(type_: Type, value: ScalarValue) -> str:
         case BoolType():
             return "true" if value else "false"
         case EnumType():
-            return _member(type_, cast("str", value))
+            return _member(type_, str(value))
         case IntegerType():
-            return _signed(cast("Fraction", value), str)
+            return _signed(Fraction(value), str)
         case _:
-            return _real(cast("Fraction", value))
+            return _real(Fraction(value))
 
 
 def add_points(script: str, points: Sequence[Mapping[str, str]]) -> str:
@@ -117,8 +117,7 @@ class _Script:
         """Note the enumerations and constant families of a term."""
         for one in t.walk([term]):
             match one:
-                case t.ConstantTable():
-                    self._note_type(one.type)
+                case t.ConstantTable():  # its index has the type
                     self._tables[one.name] = one
                 case t.Literal(type=type_) | t.BoundVariable(type=type_):
                     self._note_type(type_)
@@ -163,8 +162,7 @@ class _Script:
             case t.Implies(premise=premise, conclusion=conclusion):
                 return f"(=> {self._scalar(premise)} {self._scalar(conclusion)})"
             case t.Compare(left=left, right=right) if _is_vector(left):
-                pairs = zip(self._xyz(left), self._xyz(right), strict=True)
-                return _joined("and", [f"(= {a} {b})" for a, b in pairs], "true")
+                return f"(and {' '.join(map('(= {} {})'.format, self._xyz(left), self._xyz(right)))})"
             case t.Compare(op=op, left=left, right=right):
                 symbol = "=" if op == "==" else op
                 return f"({symbol} {self._scalar(left)} {self._scalar(right)})"
@@ -282,8 +280,9 @@ def _sort(enum: EnumType) -> str:
 
 def _family(name: str, type_: FamilyType, values: list[str]) -> str:
     """Define a family as a function of its index; the last value is that of every other index."""
-    text = values[-1]
-    for member, value in reversed(list(zip(type_.index.members[:-1], values[:-1], strict=True))):
+    pairs = list(zip(type_.index.members, values, strict=True))
+    _, text = pairs.pop()
+    for member, value in reversed(pairs):
         text = f"(ite (= index {_member(type_.index, member)}) {value} {text})"
     sort = "Bool" if isinstance(type_.element, BoolType) else "Real"
     return f"(define-fun {name_of(name)} ((index {name_of(type_.index.name)})) {sort} {text})"

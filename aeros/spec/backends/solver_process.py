@@ -22,7 +22,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from itertools import count
-from typing import IO, TYPE_CHECKING, Final, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 from aeros.spec.backends.solver_results import (
@@ -101,18 +101,19 @@ class SolverProcess:
                 raise NoAnswerError("the solver does not start")
             content = b""
             try:
-                _send(cast("IO[bytes]", process.stdin), question)
-                content = _receive(cast("IO[bytes]", process.stdout), _WAITING * (seconds + 2 * GRACE_S))
+                _send(process.stdin, question)
+                content = _receive(process.stdout, _WAITING * (seconds + 2 * GRACE_S))
             except OSError:
                 pass  # it has ended, as below
             except BaseException:
                 self._end()  # its answer would be taken for that to the next question
                 raise
             if content:
+                found: _T
                 found, reason = pickle.loads(content)  # noqa: S301  our own process wrote it
                 if reason:
                     raise NoAnswerError(reason)
-                return cast("_T", found)
+                return found
             self._end()
             if process.returncode in (-signal.SIGPROF, -signal.SIGKILL):
                 raise NoAnswerError(timeout_answer(seconds).reason)
@@ -195,7 +196,7 @@ class SolverProcess:
             bufsize=0,
             env=os.environ | _KEEPS_MEMORY,
         )
-        if not _receive(cast("IO[bytes]", self._process.stdout), _START_S):
+        if not _receive(self._process.stdout, _START_S):
             self._end()
             return None
         return self._process
@@ -258,11 +259,13 @@ class SolverSession:
         except NoAnswerError as why:
             return SolverAnswer(SatResult.UNKNOWN, {}, str(why))
         self._sent = len(self._assumed)
-        return cast("SolverAnswer", answer)
+        found: SolverAnswer = answer
+        return found
 
     def _ask(
         self, variables: tuple[t.Variable, ...] | None, assumptions: Sequence[t.Term], term: t.Term
-    ) -> SolverAnswer | None:
+    ) -> Any:
+        """Return what `_solve_in_session` does."""
         given = (self._key, variables, tuple(assumptions), term, self._seconds)
         return SOLVER_PROCESS.ask(_solve_in_session, *given, seconds=self._seconds)
 
@@ -336,14 +339,14 @@ def _solve_in_session(
     return solver.check_sat(term)
 
 
-def _send(stream: IO[bytes], content: bytes) -> None:
+def _send(stream: Any, content: bytes) -> None:
     rest = memoryview(_LENGTH.pack(len(content)) + content)
     while rest:
         rest = rest[stream.write(rest) :]
     stream.flush()
 
 
-def _receive(stream: IO[bytes], seconds: float | None) -> bytes:
+def _receive(stream: Any, seconds: float | None) -> bytes:
     """Receive one message; empty if the other side has ended or sends nothing for `seconds`."""
     content, wanted = b"", _LENGTH.size
     is_head = True

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from itertools import combinations, product
+from itertools import combinations, islice, product
 from typing import Final
 
 from aeros.spec.backends.lemmas import sizes_in
@@ -38,7 +38,7 @@ def find_point(question: Question) -> Mapping[str, ScalarValue] | None:
         return None
     conditions = [lower(term) for term in question.terms]
     values = _values(conditions)
-    for point, _ in zip(_points(scalars, question.ranges, values), range(MAX_POINTS), strict=False):
+    for point in islice(_points(scalars, question.ranges, values), MAX_POINTS):
         if all(is_true(one, point) for one in conditions):
             return point
     return None
@@ -69,11 +69,10 @@ def _points(
 ) -> Iterator[dict[str, Fraction]]:
     rest = {one.name: _nearest_to_zero(ranges.get(one.name)) for one in scalars}
     for count in (0, 1, 2):
-        for chosen in combinations(scalars, count):
-            for given in product(values, repeat=count):
-                point = rest | dict(zip((one.name for one in chosen), given, strict=True))
-                if all(_is_within(ranges.get(one.name), point[one.name]) for one in chosen):
-                    yield point
+        for chosen in combinations([one.name for one in scalars], count):
+            for given in product(*([(name, value) for value in values] for name in chosen)):
+                if all(_is_within(ranges.get(name), value) for name, value in given):
+                    yield rest | dict(given)
 
 
 def _nearest_to_zero(bounds: tuple[Fraction, Fraction] | None) -> Fraction:

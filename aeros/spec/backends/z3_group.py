@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import z3
@@ -43,9 +44,8 @@ def answer_together(questions: Sequence[Question], rlimit: int, seconds: float) 
     context = SolverContext()
     for numbers in _compatible(questions):
         group = _Group([questions[number] for number in numbers], context, rlimit, seconds)
-        found = group.answers()
-        for number, answer in zip(numbers, found, strict=True):
-            answers[number] = answer
+        for place, answer in enumerate(group.answers()):
+            answers[numbers[place]] = answer
     return answers
 
 
@@ -76,8 +76,8 @@ class _Group:
             return answers
         holds = [z3.Bool(f"question!{number}", self._context) for number in range(len(answers))]
         conditions = [self._encoder.encode_all(question.terms) for question in self._questions]
-        equal = [self._make.comparison("==", *each) for each in zip(holds, conditions, strict=True)]
-        self._solver.add(self._make.conjunction(equal))
+        equal = map(partial(self._make.comparison, "=="), holds, conditions)
+        self._solver.add(self._make.conjunction(list(equal)))
         open_ = set(range(len(holds)))
         while open_:
             # Stays true: what is open later is part of what is open now.

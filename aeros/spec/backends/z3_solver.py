@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, cast
+from typing import Any
 
 import z3
 
@@ -323,22 +323,22 @@ class IncrementalSolver:
     def _model(self) -> dict[str, ScalarValue]:
         return self.values(self._solver.model(), (scalar for scalar, _ in self._constants.values()))
 
-    def _value(self, scalar: t.Variable, value: ScalarValue) -> Any:
+    def _value(self, scalar: t.Variable, value: Any) -> Any:
         make = self._shared.expressions
         if isinstance(scalar.type, EnumType):
-            return z3.IntVal(scalar.type.members.index(cast("str", value)), self._context)
+            return z3.IntVal(scalar.type.members.index(value), self._context)
         # Not from the cache: a long session asks about ever new numbers.
-        return make.truth(value) if isinstance(value, bool) else make.new_number(cast("Fraction", value))
+        return make.truth(value) if isinstance(value, bool) else make.new_number(value)
 
     def _encode(self, term: t.Term) -> Any:
         make = self._shared.expressions
         match term:
-            case t.Literal(value=value, type=EnumType(members=members)):
-                return z3.IntVal(members.index(cast("str", value)), self._context)
+            case t.Literal(value=str(value), type=EnumType(members=members)):
+                return z3.IntVal(members.index(value), self._context)
             case t.Literal(value=bool(value)):
                 return make.truth(value)
-            case t.Literal(value=value):
-                return make.number(cast("Fraction", value))
+            case t.Literal(value=Fraction() as value):
+                return make.number(value)
             case t.Variable(name=name):
                 return self._constants[name][1]
             case t.Not(operand=operand):

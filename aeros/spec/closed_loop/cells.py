@@ -88,9 +88,8 @@ def breakpoints(
             raise NoCellsError(f"`{name}` is compared with `{unlisted}`")
         if prod(len(others[one]) for one in read) > MAX_ENUMERATED:
             raise NoCellsError(f"`{name}` is compared with too many values")
-        for chosen in product(*(others[one] for one in sorted(read))):
-            pieces = _Pieces(name, dict(zip(sorted(read), chosen, strict=True)))
-            found |= pieces.switches(compared)
+        for chosen in product(*([(one, value) for value in others[one]] for one in read)):
+            found |= _Pieces(name, dict(chosen)).switches(compared)
     return found
 
 

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
+from operator import add, contains
 from types import MappingProxyType
 from typing import Final, Literal
 
@@ -66,8 +67,7 @@ class Weight:
     counts: tuple[Fraction, ...] = (Fraction(0),) * len(ROLES)
 
     def __add__(self, other: Weight) -> Weight:
-        counts = tuple(one + more for one, more in zip(self.counts, other.counts, strict=True))
-        return Weight(self.probability + other.probability, counts)
+        return Weight(self.probability + other.probability, tuple(map(add, self.counts, other.counts)))
 
     def scaled(self, share: Fraction) -> Weight:
         """Multiply by the probability of an outcome.
@@ -264,10 +264,10 @@ class ComposedRun(_SkillRuns):
             case Par():
                 return self._par(part, before, role, failed)
             case Fallback(parts=parts):
-                return self._in_turn(parts, before, (role,) * len(parts), failed)
+                return self._in_turn([(one, role) for one in parts], before, failed)
             case RetriedPart(part=one, retry=retry):
-                again: list[Role] = ["retry"] * retry
-                return self._in_turn((one,) * (retry + 1), before, [role, *again], failed)
+                again: list[tuple[Part, Role]] = [(one, "retry")] * retry
+                return self._in_turn([(one, role), *again], before, failed)
             case StoppablePart():
                 return self._stoppable(part, before, role, failed)
             case FailingPart():
@@ -276,13 +276,11 @@ class ComposedRun(_SkillRuns):
                 _add(failed, {state: weight for state, weight in before.items() if state not in done})
                 return done
 
-    def _in_turn(
-        self, parts: Sequence[Part], before: Weights, roles: Sequence[Role], failed: Weights
-    ) -> Weights:
+    def _in_turn(self, parts: Sequence[tuple[Part, Role]], before: Weights, failed: Weights) -> Weights:
         """Run parts, each where the one before has failed."""
         done: Weights = {}
         outer = self._may_go_on
-        for number, (part, role) in enumerate(zip(parts, roles, strict=True), 1):
+        for number, (part, role) in enumerate(parts, 1):
             lost: Weights = {}
             self._may_go_on = outer or number < len(parts)
             _add(done, self._part(part, before, role, lost))
@@ -366,7 +364,7 @@ class ComposedRun(_SkillRuns):
             underway = {
                 merged
                 for combined, merged in together.items()
-                if not all(one in ended for one, (*_, ended) in zip(combined, alone, strict=True))
+                if not all(map(contains, [ended for *_, ended in alone], combined))
             }
             self._starts |= underway
             if any(map(self._is_over, underway)):
@@ -414,12 +412,10 @@ class ComposedRun(_SkillRuns):
 
 def _is_decided(state: State, unknown: Sequence[int], holds: StateCondition) -> bool:
     """Tell if a condition has one value, whatever the truth values at some places of a state are."""
-    values = {bool(holds(state))}
-    for chosen in product((False, True), repeat=len(unknown)):
-        changed = list(state)
-        for place, value in zip(unknown, chosen, strict=True):
-            changed[place] = value
-        values.add(bool(holds(tuple(changed))))
+    values = set[bool]()
+    for chosen in product(*(((place, False), (place, True)) for place in unknown)):
+        changed = dict(enumerate(state)) | dict(chosen)
+        values.add(holds(tuple(changed.values())))
     return len(values) == 1
 
 
@@ -444,7 +440,8 @@ def _merged(base: State, states: Iterable[State]) -> State:
     """Apply to a state what each branch has changed of it."""
     merged = list(base)
     for state in states:
-        for place, (old, new) in enumerate(zip(base, state, strict=True)):
+        for place, new in enumerate(state):
+            old = base[place]
             if new != old:
                 merged[place] = merged[place].with_branch(old, new) if isinstance(new, RunHistory) else new
     return tuple(merged)

@@ -97,18 +97,17 @@ class DefinitionFacts:
 
 
 def _equivalence(variable: t.Variable, condition: t.Term) -> t.Term:
-    both = junction([variable, condition], neutral=True)
-    neither = junction([negate(variable), negate(condition)], neutral=True)
-    return junction([both, neither], neutral=False)
+    both = junction(t.And, [variable, condition])
+    neither = junction(t.And, [negate(variable), negate(condition)])
+    return junction(t.Or, [both, neither])
 
 
 def _possible(conditions: Sequence[t.Term], opened: Mapping[str, tuple[Any, ...]]) -> Iterable[t.Term]:
     """Return the conditions if some values of open variables meet them all, else none of them."""
-    names = sorted({name for one in conditions for name in t.variables_of(one)})
+    names = {name for one in conditions for name in t.variables_of(one)}
     if prod(len(opened[name]) for name in names) > MAX_COMBINATIONS:
         return ()
-    for values in product(*(opened[name] for name in names)):
-        state = dict(zip(names, values, strict=True))
-        if all(is_true(one, state) for one in conditions):
+    for values in product(*([(name, value) for value in opened[name]] for name in names)):
+        if all(is_true(one, dict(values)) for one in conditions):
             return conditions
     return ()

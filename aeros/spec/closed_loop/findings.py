@@ -102,7 +102,7 @@ def format_path(system: TransitionSystem, path: LoopPath) -> str:
     start, end = (_values(system, state) for state in (path.start, path.end))
     shown_start, shown_end = list(start.values()), list(end.values())
     if len(start) > MAX_SHOWN:
-        false = [name for name, value in zip(system.names, path.start, strict=True) if value is False]
+        false = [name for name, value in system.named(path.start).items() if value is False]
         shown_start = [text for name, text in start.items() if name not in false]
         shown_start.append(f"and {len(false)} truth values false")
         shown_end = [text for name, text in end.items() if text != start[name]]
@@ -121,5 +121,4 @@ def format_path(system: TransitionSystem, path: LoopPath) -> str:
 
 def _values(system: TransitionSystem, state: State) -> dict[str, str]:
     """Format the value of each variable as a manifest writes it."""
-    pairs = zip(system.names, state, strict=True)
-    return {name: system.variables.format(name, value) for name, value in pairs}
+    return {name: system.variables.format(name, value) for name, value in system.named(state).items()}

@@ -96,11 +96,10 @@ class _InterpretedTerm:
 
 
 class _OutcomeEffects(NamedTuple):
-    """An outcome with its probability, and the places in a state that it changes.
+    """An outcome, and the places in a state that it changes.
 
     Attributes:
         outcome: the outcome.
-        share: its probability, 0 to 1.
         declared: declared effects by place, which say if it is measured.
         ranges: declared ranges by place, which say so, too.
         known: the declared effects, and values that follow from them.
@@ -110,7 +109,6 @@ class _OutcomeEffects(NamedTuple):
     """
 
     outcome: Outcome
-    share: Fraction
     declared: list[tuple[int, Any]]
     ranges: list[tuple[int, QuantityRange]]
     known: list[tuple[int, Any]]
@@ -176,24 +174,28 @@ class Invocation:
         self._has_unknown = has_unknown
         self._rule = rule
         self._outcomes = [
-            _effects_of(outcome, share, names, values_after(skill, outcome))
+            (_effects_of(outcome, names, values_after(skill, outcome)), share)
             for outcome, share in outcome_probabilities(skill.outcomes.values())
         ]
         self._unheld = [
-            _effects_of(outcome, Fraction(0), names, values_after(skill, outcome))
+            _effects_of(outcome, names, values_after(skill, outcome))
             for outcome in hold_loss_outcomes(skill, settable)
         ]
         self._stops = [
-            _effects_of(outcome, Fraction(0), names, values_after(skill, outcome))
-            for outcome in stop_outcomes(skill)
+            _effects_of(outcome, names, values_after(skill, outcome)) for outcome in stop_outcomes(skill)
         ]
-        for one in (*self._outcomes, *self._unheld):
+        for one in self._ends:
             self._check_unsettled(one)
 
     @property
     def is_settled(self) -> bool:
         """True if no outcome leaves a predicate at either value."""
-        return not any(one.unsettled for one in (*self._outcomes, *self._unheld))
+        return not any(one.unsettled for one in self._ends)
+
+    @property
+    def _ends(self) -> list[_OutcomeEffects]:
+        """What ends a run that is not stopped."""
+        return [*(one for one, _ in self._outcomes), *self._unheld]
 
     def can_start(self, state: State) -> bool:
         """Check that the precondition holds.
@@ -232,7 +234,7 @@ class Invocation:
             that it leaves at either value. Their shares of its probability are equal, and mean nothing.
         """
         results = []
-        for one in self._outcomes:
+        for one, whole in self._outcomes:
             if one.outcome.probability != 0:
                 states = self._states_after(state, one)
                 if len(states) > 1:
@@ -242,7 +244,7 @@ class Invocation:
                         f"{shown} may be {many} after `{self.name} → {one.outcome.id}`: "
                         "state it as an effect of that outcome"
                     )
-                share = one.share / len(states)
+                share = whole / len(states)
                 results.append([(*self._measured(state, after), share) for after in states])
         results += [
             [(tuple(after), one.outcome, Fraction(0)) for after in self._states_after(state, one)]
@@ -294,13 +296,11 @@ class Invocation:
         return tuple(after), outcome
 
     def _measured_outcome(self, before: State, after: list[Any]) -> Outcome:
-        matching = [one.outcome for one in self._outcomes if one.is_measured(before, after)]
+        matching = [one.outcome for one, _ in self._outcomes if one.is_measured(before, after)]
         return max(matching, key=lambda one: (one.effect_count, not one.failure))
 
 
-def _effects_of(
-    outcome: Outcome, share: Fraction, names: tuple[str, ...], values: OutcomeValues
-) -> _OutcomeEffects:
+def _effects_of(outcome: Outcome, names: tuple[str, ...], values: OutcomeValues) -> _OutcomeEffects:
     places = _index_by_name(names)
     declared = [(places[name], value) for name, value in outcome.effects.items()]
     following = [(places[name], value) for name, value in outcome.consequences.items() if name in places]
@@ -308,7 +308,6 @@ def _effects_of(
     either = [(place, _EITHER) for place, value in following if value is None and place not in computed]
     return _OutcomeEffects(
         outcome,
-        share,
         declared,
         [(places[one.name], one) for one in outcome.ranges if one.name in places],
         declared + [(place, value) for place, value in following if value is not None],

@@ -93,22 +93,25 @@ class LoopVariables:
             if isinstance(one.type, IntegerType) and name in set_by_skills
         )
 
-    def starts(self, initial: Mapping[str, Any]) -> Iterator[Values]:
+    def starts(self, initial: Mapping[str, Any]) -> dict[str, Values]:
         """List the values that each variable may have at the start of a task.
 
         Args:
             initial: values that the task states, by name of a whole variable.
 
-        Yields:
+        Returns:
             For each variable that value alone, or all its values; a parameter may have any.
         """
+        found: dict[str, Values] = {}
         for name in self.variables:
             declared = self.declared[name]
             stated = initial.get(declared.name)
             if stated is None or is_parameter(declared):
-                yield self.values[name]
+                found[name] = self.values[name]
             else:
-                yield (values_by_scalar({declared.name: declared.variable}, {declared.name: stated})[name],)
+                scalars = values_by_scalar({declared.name: declared.variable}, {declared.name: stated})
+                found[name] = (scalars[name],)
+        return found
 
     def format(self, name: str, value: Any) -> str:
         """Format a value as a manifest writes it.

@@ -162,7 +162,7 @@ def explore_system(system: TransitionSystem) -> ReachableStates:
     Raises:
         UnlistedStatesError: there are more than `MAX_STARTS` starts or `MAX_NODES` nodes.
     """
-    values = list(system.variables.starts(system.task.initial))
+    values = system.variables.starts(system.task.initial).values()
     if math.prod(map(len, values)) > MAX_STARTS:
         raise UnlistedStatesError("it has too many start states")
     facts = [system.condition(one) for one in system.variables.facts.equivalences(system.variables.variables)]

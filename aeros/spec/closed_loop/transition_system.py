@@ -296,6 +296,17 @@ class TransitionSystem(_RulePlans):
         state = tuple(values[name] for name in self.names)
         return state if self._rule is None else self._rule.begin(state)
 
+    def named(self, state: State) -> dict[str, Any]:
+        """Name the values of a state.
+
+        Args:
+            state: a value for each state variable.
+
+        Returns:
+            The values by name, in the order of `names`.
+        """
+        return dict(zip(self.names, state, strict=True))
+
     def never_giving_up(self) -> TransitionSystem:
         """Make the system of an agent that tries until its plans are used up.
 

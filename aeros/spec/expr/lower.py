@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache
-from typing import cast
+from functools import lru_cache, partial
+from typing import Any
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.constants import constant_term
@@ -75,11 +75,11 @@ def values_by_variable(variables: Iterable[t.Variable], scalars: Mapping[str, Va
     Returns:
         Value of each variable by its name.
     """
-    values: dict[str, Value] = {}
+    values: dict[str, Any] = {}
     for one in variables:
         parts = tuple(scalars[part.name] for part in scalar_variables(one))
         is_compound = isinstance(one.type, VectorType | FamilyType)
-        values[one.name] = cast("Value", parts) if is_compound else parts[0]
+        values[one.name] = parts if is_compound else parts[0]
     return values
 
 
@@ -107,8 +107,8 @@ def _size_bounds(term: t.Term, known: dict[int, tuple[int, int]]) -> tuple[int, 
     match term:
         case t.Select(index=t.Literal() | t.BoundVariable()):
             size, height = 1, 1  # one element, as every bound variable stands for a member
-        case t.Select(family=family):
-            members = len(cast("FamilyType", family.type).index.members)
+        case t.Select():
+            members = len(term.members)
             size, height = members * (size + 2), members + height
         case t.Quantified(index=index):
             size *= len(index.type.members)
@@ -132,7 +132,7 @@ def lower(term: t.Term) -> t.Term:
     """
     if isinstance(term, t.And):
         # A site's rules are joined anew for each skill and action kind; each rule is lowered only once.
-        return junction([lower(operand) for operand in term.operands], neutral=True)
+        return junction(t.And, [lower(operand) for operand in term.operands])
     return _lower(term)
 
 
@@ -165,21 +165,21 @@ def _scalar(term: t.Term, indices: _Indices) -> t.Term:
             return term
         case t.BoundVariable(name=name, type=type_):
             return t.Literal(indices[name], type_)
-        case t.Select(family=family, index=index):
-            return _select(family, _scalar(index, indices))
+        case t.Select(index=index):
+            return _select(term, _scalar(index, indices))
         case t.Component(vector=vector, axis=axis):
             return _components(vector, indices)[axis]
         case t.Not(operand=operand):
             return negate(_scalar(operand, indices))
         case t.And(operands=operands):
-            return junction([_scalar(operand, indices) for operand in operands], neutral=True)
+            return junction(t.And, [_scalar(operand, indices) for operand in operands])
         case t.Or(operands=operands):
-            return junction([_scalar(operand, indices) for operand in operands], neutral=False)
+            return junction(t.Or, [_scalar(operand, indices) for operand in operands])
         case t.Implies(premise=premise, conclusion=conclusion):
-            return junction([negate(_scalar(premise, indices)), _scalar(conclusion, indices)], neutral=False)
+            return junction(t.Or, [negate(_scalar(premise, indices)), _scalar(conclusion, indices)])
         case t.Compare(left=left) if _is_vector(left):
-            pairs = zip(_components(left, indices), _components(term.right, indices), strict=True)
-            return junction([_fold(t.Compare("==", a, b)) for a, b in pairs], neutral=True)
+            parts = _components(left, indices), _components(term.right, indices)
+            return junction(t.And, [*map(_equal, *parts)])
         case t.Compare() | t.Add() | t.Extremum():
             return _fold(replace(term, left=_scalar(term.left, indices), right=_scalar(term.right, indices)))
         case t.Multiply(left=left, right=right):
@@ -187,11 +187,11 @@ def _scalar(term: t.Term, indices: _Indices) -> t.Term:
         case t.Absolute(operand=operand):
             return _fold(t.Absolute(_scalar(operand, indices)))
         case t.Conditional(condition=condition, then=then, otherwise=otherwise):
-            parts = (_scalar(then, indices), _scalar(otherwise, indices))
-            return _if_then_else(_scalar(condition, indices), *parts)
+            chosen = _scalar(condition, indices)
+            return _if_then_else(chosen, _scalar(then, indices), _scalar(otherwise, indices))
         case t.Quantified(kind=kind, index=index, body=body):
             each = [_scalar(body, {**indices, index.name: member}) for member in index.type.members]
-            return junction(each, neutral=kind == "all")
+            return junction(t.And if kind == "all" else t.Or, each)
         case t.Aggregate(kind=kind, index=index, body=body):
             each = [_scalar(body, {**indices, index.name: member}) for member in index.type.members]
             addends = each if kind == "sum" else [_if_then_else(part, _ONE, _ZERO) for part in each]
@@ -207,7 +207,15 @@ def _sum(addends: Sequence[t.Term]) -> t.Term:
     if len(addends) == 1:
         return addends[0]
     middle = (len(addends) + 1) // 2
-    return _fold(t.Add(_sum(addends[:middle]), _sum(addends[middle:])))
+    return _add(_sum(addends[:middle]), _sum(addends[middle:]))
+
+
+def _add(left: t.Term, right: t.Term) -> t.Term:
+    return _fold(t.Add(left, right))
+
+
+def _equal(left: t.Term, right: t.Term) -> t.Term:
+    return _fold(t.Compare("==", left, right))
 
 
 def _components(term: t.Term, indices: _Indices) -> tuple[t.Term, t.Term, t.Term]:
@@ -217,15 +225,13 @@ def _components(term: t.Term, indices: _Indices) -> tuple[t.Term, t.Term, t.Term
         case t.Vector(x=x, y=y, z=z):
             return (_scalar(x, indices), _scalar(y, indices), _scalar(z, indices))
         case t.Add(left=left, right=right):
-            pairs = zip(_components(left, indices), _components(right, indices), strict=True)
-            return _xyz(_fold(t.Add(a, b)) for a, b in pairs)
+            return _xyz(map(_add, _components(left, indices), _components(right, indices)))
         case t.Multiply(left=left, right=right):
             factor = _scalar(left, indices)
             return _xyz(_fold(t.Multiply(factor, part)) for part in _components(right, indices))
         case t.Conditional(condition=condition, then=then, otherwise=otherwise):
-            chosen = _scalar(condition, indices)
-            pairs = zip(_components(then, indices), _components(otherwise, indices), strict=True)
-            return _xyz(_if_then_else(chosen, a, b) for a, b in pairs)
+            choose = partial(_if_then_else, _scalar(condition, indices))
+            return _xyz(map(choose, _components(then, indices), _components(otherwise, indices)))
         case _:
             raise AssertionError(f"not a vector: {term}")
 
@@ -237,25 +243,25 @@ def _xyz(parts: Iterable[t.Term]) -> tuple[t.Term, t.Term, t.Term]:
 
 def _is_vector(term: t.Term) -> bool:
     match term:
-        case t.Variable(type=VectorType()) | t.Vector():
-            return True
         case t.Add(left=part) | t.Multiply(right=part) | t.Conditional(then=part):
             return _is_vector(part)
+        case t.Variable(type=type_):
+            return isinstance(type_, VectorType)
         case _:
-            return False
+            return isinstance(term, t.Vector)
 
 
-def _select(family: t.Variable | t.ConstantTable, index: t.Term) -> t.Term:
-    type_ = cast("FamilyType", family.type)
-    elements: tuple[t.Term, ...]
+def _select(selection: t.Select, index: t.Term) -> t.Term:
+    family, type_ = selection.family, selection.family_type
+    elements: Sequence[t.Term]
     if isinstance(family, t.ConstantTable):
-        elements = tuple(t.Literal(value, type_.element) for value in family.values)
+        elements = [t.Literal(value, type_.element) for value in family.values]
     else:
         elements = scalar_variables(family)
-    chosen = elements[-1]
-    for member, element in reversed(list(zip(type_.index.members[:-1], elements[:-1], strict=True))):
-        is_member = _fold(t.Compare("==", index, t.Literal(member, type_.index)))
-        chosen = _if_then_else(is_member, element, chosen)
+    pairs = list(zip(type_.index.members, elements, strict=True))
+    _, chosen = pairs.pop()
+    for member, element in reversed(pairs):
+        chosen = _if_then_else(_equal(index, t.Literal(member, type_.index)), element, chosen)
     return chosen
 
 
@@ -263,10 +269,11 @@ def _fold(term: t.Term) -> t.Term:
     """Evaluate `term` if all its operands are constants."""
     if not all(isinstance(child, t.Literal) for child in t.children(term)):
         return term
-    value = evaluate(term, {})
-    if isinstance(value, bool):
-        return t.TRUE if value else t.FALSE
-    return t.Literal(cast("Fraction", value), _real_type(term))
+    match evaluate(term, {}):
+        case Fraction() as number:
+            return t.Literal(number, _real_type(term))
+        case truth:
+            return t.TRUE if truth else t.FALSE
 
 
 def _real_type(term: t.Term) -> RealType:
@@ -295,27 +302,26 @@ def negate(term: t.Term) -> t.Term:
     return _fold(t.Not(term))
 
 
-def junction(parts: list[t.Term], *, neutral: bool) -> t.Term:
+def junction(kind: type[t.And | t.Or], parts: Iterable[t.Term]) -> t.Term:
     """Join conditions by `and` or `or`, flattened and without constants.
 
     Args:
-        parts: the conditions.
-        neutral: True for `and`, False for `or`; the result if there are no conditions.
+        kind: `And` or `Or`.
+        parts: the conditions; of none the conjunction is true, and the disjunction false.
 
     Returns:
         The joined condition; a single one stays as it is.
     """
-    node = t.And if neutral else t.Or
     flat: list[t.Term] = []
     for part in parts:
-        flat.extend(part.operands if isinstance(part, node) else (part,))
-    zero, one = (t.FALSE, t.TRUE) if neutral else (t.TRUE, t.FALSE)
+        flat.extend(part.operands if isinstance(part, kind) else (part,))
+    zero, one = (t.FALSE, t.TRUE) if kind is t.And else (t.TRUE, t.FALSE)
     if zero in flat:
         return zero
     kept = tuple(part for part in flat if part != one)
     if not kept:
         return one
-    return kept[0] if len(kept) == 1 else node(kept)
+    return kept[0] if len(kept) == 1 else kind(kept)
 
 
 def _if_then_else(condition: t.Term, then: t.Term, otherwise: t.Term) -> t.Term:

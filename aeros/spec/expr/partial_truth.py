@@ -41,8 +41,7 @@ def partial_truth(term: t.Term, known: Environment) -> bool | None:
         case t.Quantified(kind=kind, index=index, body=body):
             each = (partial_truth(body, {**known, index.name: member}) for member in index.type.members)
             return _conjunction(each) if kind == "all" else _disjunction(each)
-        case _:
-            return None
+    return None
 
 
 def _negation(truth: bool | None) -> bool | None:

@@ -13,10 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import FamilyType
 
 Value = bool | Fraction | str | tuple[Fraction, ...] | tuple[bool, ...]
 Environment = Mapping[str, Value]
@@ -58,13 +57,12 @@ def evaluate(term: t.Term, env: Environment, trace: Trace = ()) -> Value:
         case t.ConstantTable(values=values):
             return values
         case t.Select(family=family, index=index):
-            member = evaluate(index, env, trace)
-            position = cast("FamilyType", family.type).index.members.index(cast("str", member))
-            return cast("tuple[Fraction | bool, ...]", evaluate(family, env, trace))[position]
+            member: Any = evaluate(index, env, trace)
+            return _part(evaluate(family, env), term.members.index(member))
         case t.Vector(x=x, y=y, z=z):
             return (_real(x, env, trace), _real(y, env, trace), _real(z, env, trace))
         case t.Component(vector=vector, axis=axis):
-            return cast("tuple[Fraction, ...]", evaluate(vector, env, trace))[axis]
+            return _part(evaluate(vector, env, trace), axis)
         case t.Not(operand=operand):
             return not is_true(operand, env, trace)
         case t.And(operands=operands):
@@ -94,18 +92,15 @@ def evaluate(term: t.Term, env: Environment, trace: Trace = ()) -> Value:
         case t.Quantified(kind=kind, index=index, body=body):
             each = (is_true(body, {**env, index.name: member}, trace) for member in index.type.members)
             return all(each) if kind == "all" else any(each)
-        case t.Aggregate(kind="sum", index=index, body=body):
+        case t.Aggregate(index=index, body=body):  # `count` adds truth values, of which True is 1
             addends = (_real(body, {**env, index.name: member}, trace) for member in index.type.members)
-            return sum(addends, Fraction(0))
-        case t.Aggregate(index=index, body=body):
-            members = index.type.members
-            return Fraction(sum(is_true(body, {**env, index.name: member}, trace) for member in members))
+            return Fraction(sum(addends))
         case t.Previously(operand=operand):
             return len(trace) > 1 and _held_at_end(operand, env, trace[:-1])
         case t.Since(sustained=kept, trigger=reset, window_s=within):
-            return _evaluate_since(kept, reset, within, env, trace or (TimedState(Fraction(0), env),))
+            return _evaluate_since(kept, reset, within, env, trace or _first_state(env))
         case t.Occurrences(operand=operand, window_s=within):
-            looked_at = trace or (TimedState(Fraction(0), env),)
+            looked_at = trace or _first_state(env)
             ends = [end for end in range(1, len(looked_at) + 1) if _age_of_last(looked_at, end) <= within]
             return Fraction(sum(_held_at_end(operand, env, looked_at[:end]) for end in ends))
 
@@ -122,6 +117,11 @@ def is_true(term: t.Term, env: Environment, trace: Trace = ()) -> bool:
         The truth value of `term`.
     """
     return cast("bool", evaluate(term, env, trace))
+
+
+def _first_state(env: Environment) -> Trace:
+    """Return the trace of a present state that is the first; its time has no effect."""
+    return (TimedState(Fraction(), env),)
 
 
 def _evaluate_since(
@@ -152,14 +152,20 @@ def _real(term: t.Term, env: Environment, trace: Trace) -> Fraction:
     return cast("Fraction", evaluate(term, env, trace))
 
 
-def _add(left: Value, right: Value) -> Value:
-    if isinstance(left, Fraction):
-        return left + cast("Fraction", right)
-    pairs = zip(cast("tuple[Fraction, ...]", left), cast("tuple[Fraction, ...]", right), strict=True)
-    return tuple(a + b for a, b in pairs)
+def _part(value: Any, position: int) -> Value:
+    part: Value = value[position]
+    return part
 
 
-def _scale(factor: Fraction, value: Value) -> Value:
-    if isinstance(value, Fraction):
-        return factor * value
-    return tuple(factor * component for component in cast("tuple[Fraction, ...]", value))
+def _add(left: Any, right: Any) -> Value:
+    if isinstance(left, tuple):
+        return tuple([a + b for a, b in zip(left, right, strict=True)])
+    total: Fraction = left + right
+    return total
+
+
+def _scale(factor: Fraction, value: Any) -> Value:
+    if isinstance(value, tuple):
+        return tuple([factor * component for component in value])
+    product: Fraction = factor * value
+    return product

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from enum import Enum
 from fractions import Fraction
-from typing import Any, Final, get_args
+from typing import Any, Final, cast, get_args
 from typing import Literal as OneOf
 
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, ScalarType, Type
@@ -96,6 +96,16 @@ class Select:
 
     family: Variable | ConstantTable
     index: Term
+
+    @property
+    def family_type(self) -> FamilyType:
+        """Type of the family."""
+        return cast("FamilyType", self.family.type)
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """Members of the enum that indexes the family, in order."""
+        return self.family_type.index.members
 
 
 @dataclass(frozen=True, slots=True)

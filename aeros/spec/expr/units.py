@@ -45,8 +45,9 @@ class Dimension:
         named = _NAMES.get(self)
         if named is not None:
             return named
-        over = [_power(b, e) for b, e in zip(BASES, self.exponents, strict=True) if e > 0]
-        under = [_power(b, -e) for b, e in zip(BASES, self.exponents, strict=True) if e < 0]
+        powers = list(zip(BASES, self.exponents, strict=True))
+        over = [_power(base, exponent) for base, exponent in powers if exponent > 0]
+        under = [_power(base, -exponent) for base, exponent in powers if exponent < 0]
         return "/".join(["*".join(over) or "1", *under])
 
 
@@ -79,7 +80,7 @@ class Unit:
         Returns:
             The value in SI.
         """
-        return number * self.factor + self.offset if self.offset else number * self.factor
+        return number * self.factor + self.offset
 
 
 NUMBER = Dimension()
@@ -249,9 +250,7 @@ def to_unit(value: Fraction, unit: Unit) -> Fraction:
     Returns:
         The number of units.
     """
-    if unit.offset:
-        return (value - unit.offset) / unit.factor
-    return value if unit.factor == 1 else value / unit.factor  # fractions are slow, and most units are SI
+    return (value - unit.offset) / unit.factor
 
 
 def cure_of_bare_number(number: str, dimension: Dimension) -> str:

@@ -46,7 +46,7 @@ def _no_failures(self: Invocation, state: Any) -> Any:
 
 
 def _as_drawn(self: Invocation, before: Any, after: Any) -> Any:
-    return self._outcomes[-1].outcome
+    return self._outcomes[-1][0].outcome
 
 
 def _never_recovers(self: TransitionSystem, node: LoopState) -> list[Transition]:

@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
+from operator import add
 from typing import Final
 
 from aeros.spec.backends.network.box_propagation import Bounds, propagate
@@ -128,7 +129,7 @@ def _importance(network: Network) -> dict[str, tuple[float, ...]]:
     for step in network.steps:
         if isinstance(step, Linear) and step.source in weights:
             columns = zip(*step.absolute_weights, strict=True)
-            weights[step.source] = [a + sum(b) for a, b in zip(weights[step.source], columns, strict=True)]
+            weights[step.source] = list(map(add, weights[step.source], map(sum, columns)))
     return {name: tuple(one or 1.0 for one in ones) for name, ones in weights.items()}
 
 
@@ -164,8 +165,8 @@ def _corners(box: Mapping[str, Bounds]) -> Iterator[Point]:
     """Yield corners of a box, all of them where there are few."""
     sides = [(name, at) for name, (lows, _) in box.items() for at in range(len(lows))]
     free = sides[: int(math.log2(_MAX_CORNERS))]
-    for choice in product((0, 1), repeat=len(free)):
-        chosen = dict(zip(free, choice, strict=True))
+    for choice in product(*([(side, 0), (side, 1)] for side in free)):
+        chosen = dict(choice)
         yield {
             name: tuple(pair[chosen.get((name, at), 0)] for at, pair in enumerate(zip(*ends, strict=True)))
             for name, ends in box.items()

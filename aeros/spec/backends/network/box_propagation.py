@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from operator import add, mul
+from operator import add, mul, sub
 from typing import Final
 
 from aeros.spec.backends.network.steps import Clip, Join, Linear, Network, Scale, Smooth, Step, Sum
@@ -76,11 +76,11 @@ def rounding_errors(network: Network, vectors: Mapping[str, Bounds]) -> dict[str
     unit = _ROUNDOFF[network.is_double]
     errors = {name: [0.0] * size for name, size in network.inputs.items()}
     for step in network.steps:
-        largest = [max(abs(low), abs(high)) for low, high in zip(*vectors[step.target], strict=True)]
+        largest = _sizes(vectors[step.target])
         own = [4.0 * unit * one + _SMALLEST for one in largest]
         match step:
             case Linear(_, source, _, bias):
-                size = [max(abs(low), abs(high)) for low, high in zip(*vectors[source], strict=True)]
+                size = _sizes(vectors[source])
                 share = (4 * len(size) + 16) * unit
                 errors[step.target] = [
                     sum(map(mul, row, errors[source]))
@@ -93,10 +93,10 @@ def rounding_errors(network: Network, vectors: Mapping[str, Bounds]) -> dict[str
                 errors[step.target] = list(map(add, before, own))
             case Scale(_, source, factors, offsets):
                 before = map(mul, map(abs, factors), errors[source])
-                product_error = [
-                    4.0 * unit * (one + abs(offset)) for one, offset in zip(largest, offsets, strict=True)
+                sums = map(add, largest, map(abs, offsets))
+                errors[step.target] = [
+                    a + b + 4.0 * unit * c for a, b, c in zip(before, own, sums, strict=True)
                 ]
-                errors[step.target] = [sum(each) for each in zip(before, own, product_error, strict=True)]
             case Join(_, sources):
                 errors[step.target] = [one for source in sources for one in errors[source]]
             case _:
@@ -115,14 +115,11 @@ def _bound_step(step: Step, vectors: Mapping[str, Bounds], unit: float) -> Bound
             return _widened(lower, list(map(add, vectors[first][1], added[1])), unit)
         case Scale(_, source, factors, offsets):
             ends = [list(map(mul, factors, one)) for one in vectors[source]]
-            low = [min(pair) + offset for *pair, offset in zip(*ends, offsets, strict=True)]
-            high = [max(pair) + offset for *pair, offset in zip(*ends, offsets, strict=True)]
             # The product is rounded before the sum, which may be smaller.
-            largest = [max(abs(a), abs(b)) for a, b in zip(*ends, strict=True)]
-            margin = [4.0 * unit * one + _SMALLEST for one in largest]
-            return _widened(
-                [a - e for a, e in zip(low, margin, strict=True)], list(map(add, high, margin)), unit
-            )
+            margin = [4.0 * unit * one + _SMALLEST for one in _sizes((ends[0], ends[1]))]
+            low = map(sub, map(add, map(min, *ends), offsets), margin)
+            high = map(add, map(add, map(max, *ends), offsets), margin)
+            return _widened(list(low), list(high), unit)
         case Clip(_, source, lower_end, upper_end):
             lows, highs = vectors[source]
             return (
@@ -143,10 +140,10 @@ def _bound_step(step: Step, vectors: Mapping[str, Bounds], unit: float) -> Bound
 
 
 def _linear(step: Linear, source: Bounds, unit: float) -> Bounds:
-    middle = [low + (high - low) / 2 for low, high in zip(*source, strict=True)]
+    largest = _sizes(source)
+    middle = list(map(_middle, *source))
     # Both differences, as the middle is rounded.
-    radius = [max(high - m, m - low) for low, high, m in zip(*source, middle, strict=True)]
-    largest = [max(abs(low), abs(high)) for low, high in zip(*source, strict=True)]
+    radius = list(map(max, map(sub, source[1], middle), map(sub, middle, source[0])))
     lows, highs = [], []
     share, least = (4 * len(middle) + 16) * unit, (len(middle) + 1) * _SMALLEST
     for row, absolute, bias in zip(step.weights, step.absolute_weights, step.bias, strict=True):
@@ -156,6 +153,15 @@ def _linear(step: Linear, source: Bounds, unit: float) -> Bounds:
         lows.append(centre - spread - error)
         highs.append(centre + spread + error)
     return lows, highs
+
+
+def _middle(low: float, high: float) -> float:
+    return low + (high - low) / 2
+
+
+def _sizes(bounds: Bounds) -> list[float]:
+    """Return the greatest absolute value of each component."""
+    return [max(abs(low), abs(high)) for low, high in zip(*bounds, strict=True)]
 
 
 def _widened(lower: Sequence[float], upper: Sequence[float], unit: float) -> Bounds:

@@ -336,8 +336,9 @@ def _number(node: Operation, name: str, default: float) -> float:
 def _rows(matrix: Tensor, *, transposed: bool) -> Rows:
     """Return the rows of a matrix, or of its transpose."""
     height, width = matrix.shape
-    rows = tuple(matrix.numbers[at * width : (at + 1) * width] for at in range(height))
-    return tuple(zip(*rows, strict=True)) if transposed else rows
+    if transposed:
+        return tuple(matrix.numbers[at::width] for at in range(width))
+    return tuple(matrix.numbers[at * width : (at + 1) * width] for at in range(height))
 
 
 def _spread(tensor: Tensor, size: int) -> tuple[float, ...]:

@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
-from typing import Any
 
 from aeros.spec.closed_loop.findings import BlockedStep, LoopPath
 from aeros.spec.closed_loop.invocation import State
@@ -44,9 +43,7 @@ class SymbolicLoop:
     @cached_property
     def fixpoints(self) -> Fixpoints:
         """Its sets of states."""
-        starts = dict(
-            zip(self.system.names, self.system.variables.starts(self.system.task.initial), strict=True)
-        )
+        starts = self.system.variables.starts(self.system.task.initial)
         starts |= dict.fromkeys(self.program.plan_bits, (False,))
         variables = self.system.variables
         facts = tuple(map(lower, variables.facts.equivalences(variables.variables)))
@@ -153,7 +150,7 @@ class SymbolicLoop:
 
     def _ring_of(self, node: LoopState, rings: list[dict[Place, StateSet]]) -> int:
         """Find the number of the first ring that a state of the loop is in; their number if it is in none."""
-        state: dict[str, Any] = dict(zip(self.system.names, node.state, strict=True))
+        state = self.system.named(node.state)
         state |= dict.fromkeys(self.program.plan_bits, False)
         due = node.remaining_rules if node.phase in ("try", "recover") else ()
         state |= {self.program.plan_bits[index]: True for index in (due[1:] if node.tries else due)}

@@ -179,7 +179,7 @@ def all_of(*terms: t.Term) -> t.Term:
     Returns:
         True if there are none.
     """
-    return junction(list(terms), neutral=True)
+    return junction(t.And, terms)
 
 
 def any_of(terms: Sequence[t.Term]) -> t.Term:
@@ -191,4 +191,4 @@ def any_of(terms: Sequence[t.Term]) -> t.Term:
     Returns:
         False if there are none.
     """
-    return junction(list(terms), neutral=False)
+    return junction(t.Or, terms)

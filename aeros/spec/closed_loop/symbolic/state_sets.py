@@ -184,9 +184,9 @@ class StateSets:
             names = " and ".join(f"`{name}`" for name in read)
             raise StateSpaceError(f"a condition compares too many values of {names}")
         found = self.bdd.false
-        for chosen in product(*(self.values[name] for name in read)):
-            if is_true(term, dict(zip(read, chosen, strict=True))):
-                found |= self.intersection(map(self.equals, read, chosen))
+        for chosen in product(*([(name, value) for value in self.values[name]] for name in read)):
+            if is_true(term, dict(chosen)):
+                found |= self.intersection(self.equals(*one) for one in chosen)
         return found
 
     def clauses(self, states: StateSet) -> tuple[Clause, ...] | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from typing import cast
 
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
@@ -16,7 +15,7 @@ from aeros.spec.expr.typecheck.typed_term import (
     require_same_type,
 )
 from aeros.spec.expr.types import RealType, VectorType
-from aeros.spec.expr.units import NUMBER
+from aeros.spec.expr.units import NUMBER, Dimension
 
 MINUS_ONE = t.Literal(Fraction(-1), RealType(NUMBER))
 """Factor that turns a subtraction into a sum."""
@@ -62,7 +61,7 @@ def negate(operand: TypedTerm, extent: s.TextRange) -> TypedTerm:
     Raises:
         ExpressionTypeError: the operand is neither.
     """
-    return scale(TypedTerm(MINUS_ONE, MINUS_ONE.type, extent), operand, extent)
+    return scale(MINUS_ONE, NUMBER, operand, extent)
 
 
 def multiply(left: TypedTerm, right: TypedTerm, extent: s.TextRange) -> TypedTerm:
@@ -81,14 +80,16 @@ def multiply(left: TypedTerm, right: TypedTerm, extent: s.TextRange) -> TypedTer
     """
     if isinstance(left.type, VectorType):
         left, right = right, left
-    return scale(left, right, extent)
+    factor, type_ = require_real(left, "a factor")
+    return scale(factor, type_.dimension, right, extent)
 
 
-def scale(factor: TypedTerm, operand: TypedTerm, extent: s.TextRange) -> TypedTerm:
+def scale(factor: t.Term, dimension: Dimension, operand: TypedTerm, extent: s.TextRange) -> TypedTerm:
     """Type the product of a real with a real or a vector; the product of two literals is a literal.
 
     Args:
-        factor: real.
+        factor: real term.
+        dimension: dimension of the factor.
         operand: real or vector.
         extent: place of the whole.
 
@@ -96,40 +97,41 @@ def scale(factor: TypedTerm, operand: TypedTerm, extent: s.TextRange) -> TypedTe
         The product, with the product of both dimensions.
 
     Raises:
-        ExpressionTypeError: an operand has another type.
+        ExpressionTypeError: the operand has another type.
     """
-    multiplier, factor_type = require_real(factor, "a factor")
     if not isinstance(operand.type, RealType | VectorType):
         raise ExpressionTypeError(
             "AE203", f"{operand.type} cannot be multiplied", operand.extent, label=str(operand.type)
         )
-    type_ = replace(operand.type, dimension=operand.type.dimension * factor_type.dimension)
+    type_ = replace(operand.type, dimension=operand.type.dimension * dimension)
     term = require_rational(operand)
-    if isinstance(multiplier, t.Literal) and isinstance(term, t.Literal):
-        product = cast("Fraction", multiplier.value) * cast("Fraction", term.value)
-        return TypedTerm(t.Literal(product, cast("RealType", type_)), type_, extent)
-    return TypedTerm(t.Multiply(multiplier, term), type_, extent)
+    match factor, term:
+        case t.Literal(value=Fraction() as one), t.Literal(value=Fraction() as other):
+            real = RealType(type_.dimension)
+            return TypedTerm(t.Literal(one * other, real), real, extent)
+    return TypedTerm(t.Multiply(factor, term), type_, extent)
 
 
-def invert(divisor: TypedTerm) -> TypedTerm:
+def invert(divisor: TypedTerm) -> tuple[t.Literal, Dimension]:
     """Type the factor `1 / divisor`, by which a division multiplies.
 
     Args:
         divisor: real constant other than zero.
 
     Returns:
-        The literal `1 / divisor`, at the place of the divisor.
+        The literal `1 / divisor` and its dimension.
 
     Raises:
         ExpressionTypeError: the divisor is not real, not a constant, or zero.
     """
     term, type_ = require_real(divisor, "a divisor")
-    if not isinstance(term, t.Literal) or term.value == 0:
-        raise ExpressionTypeError(
-            "AE206",
-            "the divisor must be a constant other than zero",
-            divisor.extent,
-            cure="multiply the other side instead: `a / b <= c` is `a <= c * b` where b is positive",
-        )
-    inverse = RealType(type_.dimension**-1)
-    return TypedTerm(t.Literal(1 / cast("Fraction", term.value), inverse), inverse, divisor.extent)
+    match term:
+        case t.Literal(value=Fraction() as number) if number != 0:
+            inverse = type_.dimension**-1
+            return t.Literal(1 / number, RealType(inverse)), inverse
+    raise ExpressionTypeError(
+        "AE206",
+        "the divisor must be a constant other than zero",
+        divisor.extent,
+        cure="multiply the other side instead: `a / b <= c` is `a <= c * b` where b is positive",
+    )

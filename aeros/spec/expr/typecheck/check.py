@@ -15,7 +15,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import size_bounds
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.typecheck.integrality import is_integral
-from aeros.spec.expr.typecheck.traversal import TypeChecker
+from aeros.spec.expr.typecheck.traversal import Part, TypeChecker
 from aeros.spec.expr.typecheck.typed_term import require_rational
 from aeros.spec.expr.types import BOOL, IntegerType, RealType, Type
 from aeros.spec.expr.units import NUMBER, units_of
@@ -24,14 +24,13 @@ MAX_SIZE = 50_000  # nodes of the scalar core: a tenth of a second in the exact 
 MAX_HEIGHT = 150  # of the scalar core: each of its passes takes up to four stack frames a level
 
 
-def check(node: s.Node, scope: Scope, expected: Type, checker: TypeChecker | None = None) -> t.Term:
+def check(node: s.Node, scope: Scope, expected: Type) -> t.Term:
     """Type-check an expression against an expected type.
 
     Args:
         node: parsed expression.
         scope: names that it may use.
         expected: type that it must have. For an integer, a real that is always whole will do.
-        checker: checker whose results are asked for later; None for a new one.
 
     Returns:
         The typed term.
@@ -39,7 +38,11 @@ def check(node: s.Node, scope: Scope, expected: Type, checker: TypeChecker | Non
     Raises:
         ExpressionTypeError: the expression does not type-check or has another type.
     """
-    term, type_ = infer(node, scope, expected, checker)
+    return _check(node, TypeChecker(scope), expected)
+
+
+def _check(node: s.Node, checker: TypeChecker, expected: Type) -> t.Term:
+    term, type_ = _infer(node, checker, expected)
     if isinstance(expected, IntegerType) and type_ == RealType(NUMBER):
         if not is_integral(term):
             raise ExpressionTypeError("AE203", "expected a whole number", node.extent, label=str(type_))
@@ -56,20 +59,17 @@ def _unit_cure(node: s.Node, type_: Type, expected: Type) -> str | None:
     """Return the cure for a bare number where one with a unit is needed."""
     if type_ != RealType(NUMBER) or not isinstance(expected, RealType):
         return None
-    units = [one for one in units_of(expected.dimension) if one != "1"] or [str(expected.dimension)]
-    return f"write its unit after it, as in `2 {units[0]}`" if isinstance(node, s.NumberLiteral) else None
+    unit, *_ = *units_of(expected.dimension), str(expected.dimension)
+    return f"write its unit after it, as in `2 {unit}`" if isinstance(node, s.NumberLiteral) else None
 
 
-def infer(
-    node: s.Node, scope: Scope, hint: Type | None = None, checker: TypeChecker | None = None
-) -> tuple[t.Term, Type]:
+def infer(node: s.Node, scope: Scope, hint: Type | None = None) -> tuple[t.Term, Type]:
     """Type-check an expression and infer its type.
 
     Args:
         node: parsed expression.
         scope: names that it may use.
         hint: type that chooses the enum of a bare member; None if none is expected.
-        checker: checker whose results are asked for later; None for a new one.
 
     Returns:
         The typed term and its type.
@@ -78,7 +78,10 @@ def infer(
         ExpressionTypeError: the expression does not type-check, or its scalar core would have more than
             `MAX_SIZE` nodes or be higher than `MAX_HEIGHT`.
     """
-    checker = checker or TypeChecker(scope)
+    return _infer(node, TypeChecker(scope), hint)
+
+
+def _infer(node: s.Node, checker: TypeChecker, hint: Type | None) -> tuple[t.Term, Type]:
     typed = checker.check(node, hint)
     term = require_rational(typed)
     size, height = size_bounds(term)
@@ -92,8 +95,7 @@ def infer(
     return term, typed.type
 
 
-_ConditionPart = tuple[t.Term, s.TextRange]
-Parts = tuple[_ConditionPart, ...]
+Parts = tuple[Part, ...]
 """Conditions, each with its place in the text."""
 
 
@@ -114,25 +116,23 @@ def check_condition(node: s.Node, scope: Scope) -> tuple[t.Term, Parts, Parts, P
         ExpressionTypeError: the expression is no condition or does not type-check.
     """
     checker = TypeChecker(scope)
-    term = check(node, scope, BOOL, checker)
+    term = _check(node, checker, BOOL)
     premises, alternatives = _split_implication(node, checker)
     return term, tuple(_conjuncts(node, checker)), tuple(premises), tuple(alternatives)
 
 
-def _conjuncts(node: s.Node, checker: TypeChecker) -> Iterator[_ConditionPart]:
+def _conjuncts(node: s.Node, checker: TypeChecker) -> Iterator[Part]:
     if isinstance(node, s.Junction) and node.op == "and":
         for operand in node.operands:
             yield from _conjuncts(operand, checker)
     else:
-        yield from ((require_rational(typed), typed.extent) for typed in checker.parts_of(node))
+        yield from checker.parts_of(node)
 
 
-def _split_implication(
-    node: s.Node, checker: TypeChecker
-) -> tuple[list[_ConditionPart], list[_ConditionPart]]:
+def _split_implication(node: s.Node, checker: TypeChecker) -> tuple[list[Part], list[Part]]:
     """Return the premises and the alternatives of a condition that was checked."""
-    premises: list[_ConditionPart] = []
-    alternatives: list[_ConditionPart] = []
+    premises: list[Part] = []
+    alternatives: list[Part] = []
     pending = [node]
     while pending:
         match pending.pop(0):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal as OneOf
-from typing import cast
+from collections.abc import Mapping
+from typing import Final
 
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox, ExpressionTypeError
-from aeros.spec.expr.typecheck.desugar import Norm, compare_norm
+from aeros.spec.expr.typecheck.desugar import Relation, compare_terms
 from aeros.spec.expr.typecheck.name_resolution import not_a_member
 from aeros.spec.expr.typecheck.typed_term import (
     TypedTerm,
@@ -18,6 +18,16 @@ from aeros.spec.expr.typecheck.typed_term import (
 )
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
 from aeros.spec.expr.units import LENGTH
+
+_RELATIONS: Final[Mapping[str, Relation]] = {
+    "<": "<",
+    ">": "<",
+    "<=": "<=",
+    ">=": "<=",
+    "==": "==",
+    "!=": "==",
+}
+"""The relation that stands for each operator, with sides exchanged, or negated."""
 
 
 def compare(op: str, left: TypedTerm, right: TypedTerm) -> t.Term:
@@ -35,9 +45,10 @@ def compare(op: str, left: TypedTerm, right: TypedTerm) -> t.Term:
         ExpressionTypeError: the types differ, have no order, or are those of whole families.
     """
     require_same_type(left, right, "compared with")
+    relation = _RELATIONS[op]
     if op in (">", ">="):
-        op, left, right = op.replace(">", "<"), right, left
-    if op in ("<", "<=") and not isinstance(left.type, RealType):
+        left, right = right, left
+    if relation != "==" and not isinstance(left.type, RealType):
         raise ExpressionTypeError(
             "AE203",
             f"{left.type} has no order",
@@ -52,11 +63,8 @@ def compare(op: str, left: TypedTerm, right: TypedTerm) -> t.Term:
             left.extent,
             cure="compare each: `all(… for j in …)`",
         )
-    if isinstance(left.term, Norm) or isinstance(right.term, Norm):
-        return compare_norm(op, left.term, right.term)
-    if op == "!=":
-        return t.Not(t.Compare("==", left.term, right.term))
-    return t.Compare(cast('OneOf["<", "<=", "=="]', op), left.term, right.term)
+    term = compare_terms(relation, left.term, right.term)
+    return t.Not(term) if op == "!=" else term
 
 
 def is_one_of(operand: TypedTerm, members: tuple[s.Name, ...]) -> t.Term:

@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal as OneOf
-from typing import cast
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
@@ -41,8 +40,8 @@ def dot(left: t.Term, right: t.Term) -> t.Term:
     Returns:
         Real term, the sum of the three products of components.
     """
-    products = [t.Multiply(t.Component(left, axis), t.Component(right, axis)) for axis in range(3)]
-    return t.Add(t.Add(products[0], products[1]), products[2])
+    x, y, z = (t.Multiply(t.Component(left, axis), t.Component(right, axis)) for axis in range(3))
+    return t.Add(t.Add(x, y), z)
 
 
 def expand_function(name: str, arguments: list[t.Term]) -> t.Term:
@@ -68,31 +67,36 @@ def expand_function(name: str, arguments: list[t.Term]) -> t.Term:
             return t.Vector(arguments[0], arguments[1], arguments[2])
 
 
-def compare_norm(op: str, left: t.Term | Norm, right: t.Term | Norm) -> t.Term:
-    """Build a comparison with `sqrt(squared)` over the reals, without the root.
+Relation = OneOf["<", "<=", "=="]
+"""Relation of a comparison; the others are turned round, or negated."""
+
+
+def compare_terms(relation: Relation, left: t.Term | Norm, right: t.Term | Norm) -> t.Term:
+    """Build a comparison of terms and of `sqrt(squared)`, over the reals and without the root.
 
     `sqrt(a) <= b` means `0 <= b and a <= b*b`; `b <= sqrt(a)` means `b < 0 or b*b <= a`.
 
     Args:
-        op: `<`, `<=`, `==` or `!=`. The caller has turned `>` and `>=` round by swapping the sides.
-        left: left side. At least one side is a `Norm`.
-        right: right side.
+        relation: the relation.
+        left: left side.
+        right: right side, of the same type.
 
     Returns:
         Boolean term without roots, equivalent over the reals.
     """
-    if isinstance(left, Norm) and isinstance(right, Norm):
-        squares = t.Compare(
-            cast('OneOf["<", "<=", "=="]', "==" if op == "!=" else op), left.squared, right.squared
-        )
-        return t.Not(squares) if op == "!=" else squares
-    norm, bound = cast("tuple[Norm, t.Term]", (left, right) if isinstance(left, Norm) else (right, left))
-    zero = t.Literal(Fraction(0), RealType(norm.dimension))
-    square = t.Multiply(bound, bound)
-    if op in ("==", "!="):
-        equal = t.And((t.Compare("<=", zero, bound), t.Compare("==", norm.squared, square)))
-        return t.Not(equal) if op == "!=" else equal
-    strict = cast('OneOf["<", "<="]', op)
-    if norm is left:  # sqrt(a) < b
-        return t.And((t.Compare(strict, zero, bound), t.Compare(strict, norm.squared, square)))
-    return t.Or((t.Compare("<", bound, zero), t.Compare(strict, square, norm.squared)))  # b < sqrt(a)
+    if isinstance(right, Norm):
+        if isinstance(left, Norm):
+            return t.Compare(relation, left.squared, right.squared)
+        if relation == "==":
+            return compare_terms(relation, right, left)
+        zero, square = _zero_and_square(right, left)
+        return t.Or((t.Compare("<", left, zero), t.Compare(relation, square, right.squared)))  # b < sqrt(a)
+    if isinstance(left, Norm):  # sqrt(a) < b
+        zero, square = _zero_and_square(left, right)
+        return t.And((t.Compare("<=", zero, right), t.Compare(relation, left.squared, square)))
+    return t.Compare(relation, left, right)
+
+
+def _zero_and_square(norm: Norm, bound: t.Term) -> tuple[t.Term, t.Term]:
+    """Return 0 in the norm's unit, and the square of what it is compared with."""
+    return t.Literal(Fraction(0), RealType(norm.dimension)), t.Multiply(bound, bound)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import cast
-
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import ExpressionTypeError
@@ -54,18 +52,20 @@ def call(name: str, arguments: list[TypedTerm], extent: s.TextRange) -> TypedTer
     if name in ("norm", "distance", "dot"):
         return _vector_call(name, arguments, extent)
     for argument in arguments:
-        if not isinstance(argument.type, RealType):
-            raise ExpressionTypeError(
-                "AE203",
-                f"`{name}` takes real numbers, not {argument.type}",
-                argument.extent,
-                label=str(argument.type),
-            )
+        type_ = _number_type(name, argument)
         require_same_type(arguments[0], argument, "combined with")
-    reals = [require_rational(argument) for argument in arguments]
-    type_ = cast("RealType", arguments[0].type)
-    return TypedTerm(
-        expand_function(name, reals), VectorType(type_.dimension) if name == "vec" else type_, extent
+    term = expand_function(name, [require_rational(argument) for argument in arguments])
+    return TypedTerm(term, VectorType(type_.dimension) if name == "vec" else type_, extent)
+
+
+def _number_type(name: str, argument: TypedTerm) -> RealType:
+    if isinstance(argument.type, RealType):
+        return argument.type
+    raise ExpressionTypeError(
+        "AE203",
+        f"`{name}` takes real numbers, not {argument.type}",
+        argument.extent,
+        label=str(argument.type),
     )
 
 

@@ -184,7 +184,7 @@ def _check_base_is_known(node: s.Attribute, base: str, text: str, scope: Scope, 
         f"`{base}.{text}` is not declared here",
         node.extent,
         cure=f"{cure} Or let `{base}` declare it `public`, if it has it"
-        if cure is not None and base in {name.partition(".")[0] for name in scope.variables}
+        if cure is not None and any(name.startswith(f"{base}.") for name in scope.variables)
         else cure
         or "another module's variable can be read if that module declares it `public`, or the site shares it "
         "under `policy.perception.shared`, and this module requires the other",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import cast
 
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
@@ -74,14 +73,15 @@ def require_window(operand: TypedTerm) -> Fraction:
         raise ExpressionTypeError(
             "AE204", f"a window must be a time, not {type_}", operand.extent, label=str(type_)
         )
-    if not isinstance(duration, t.Literal) or cast("Fraction", duration.value) <= 0:
-        raise ExpressionTypeError(
-            "AE209",
-            "a window must be a constant time above 0 s",
-            operand.extent,
-            cure="as in `within 5 s`",
-        )
-    return cast("Fraction", duration.value)
+    match duration:
+        case t.Literal(value=Fraction() as length) if length > 0:
+            return length
+    raise ExpressionTypeError(
+        "AE209",
+        "a window must be a constant time above 0 s",
+        operand.extent,
+        cure="as in `within 5 s`",
+    )
 
 
 def look_back(op: str, operands: list[t.Term], within: Fraction | None, extent: s.TextRange) -> TypedTerm:
@@ -90,14 +90,14 @@ def look_back(op: str, operands: list[t.Term], within: Fraction | None, extent: 
     Args:
         op: `previously`, `once`, `historically`, `since` or `count`.
         operands: conditions on state variables; two for `since`, otherwise one.
-        within: window (s); None for all the past.
+        within: window (s); None for all the past, which `count` cannot have.
         extent: place of the whole.
 
     Returns:
         Real for `count`, otherwise a condition.
     """
-    if op == "count":
-        return TypedTerm(t.Occurrences(operands[0], cast("Fraction", within)), RealType(NUMBER), extent)
+    if op == "count" and within is not None:
+        return TypedTerm(t.Occurrences(operands[0], within), RealType(NUMBER), extent)
     term: t.Term
     match op:
         case "previously":

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal as OneOf
-from typing import cast
-
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
@@ -66,4 +63,4 @@ def quantify(kind: str, index: t.BoundVariable, body: TypedTerm, extent: s.TextR
     condition = require_condition(body)
     if kind == "count":
         return TypedTerm(t.Aggregate("count", index, condition), RealType(NUMBER), extent)
-    return TypedTerm(t.Quantified(cast('OneOf["all", "any"]', kind), index, condition), BOOL, extent)
+    return TypedTerm(t.Quantified("all" if kind == "all" else "any", index, condition), BOOL, extent)

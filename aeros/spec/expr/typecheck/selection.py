@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import cast
-
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import ExpressionTypeError
@@ -39,28 +37,32 @@ def component(base: TypedTerm, name: s.Name, extent: s.TextRange) -> TypedTerm:
     return TypedTerm(t.Component(require_rational(base), axis), RealType(base.type.dimension), extent)
 
 
-def require_family(base: TypedTerm) -> FamilyType:
-    """Return the type of an operand that must be a family.
+def require_family(base: TypedTerm) -> tuple[t.Variable | t.ConstantTable, FamilyType]:
+    """Return the term and the type of an operand that must be a family.
 
     Args:
         base: operand.
 
     Returns:
-        Its type.
+        Its term and its type.
 
     Raises:
         ExpressionTypeError: it has another type.
     """
-    if not isinstance(base.type, FamilyType):
-        raise ExpressionTypeError("AE203", f"{base.type} cannot be indexed", base.extent)
-    return base.type
+    match base:
+        case TypedTerm(term=t.Variable() | t.ConstantTable() as term, type=FamilyType() as type_):
+            return term, type_
+    raise ExpressionTypeError("AE203", f"{base.type} cannot be indexed", base.extent)
 
 
-def element(base: TypedTerm, index: TypedTerm, extent: s.TextRange) -> TypedTerm:
+def element(
+    family: t.Variable | t.ConstantTable, type_: FamilyType, index: TypedTerm, extent: s.TextRange
+) -> TypedTerm:
     """Type `base[index]`.
 
     Args:
-        base: family.
+        family: family.
+        type_: its type.
         index: member of the enum that indexes it.
         extent: place of the whole.
 
@@ -68,12 +70,10 @@ def element(base: TypedTerm, index: TypedTerm, extent: s.TextRange) -> TypedTerm
         The element, as it is read.
 
     Raises:
-        ExpressionTypeError: the base is no family, or the index is of another enum.
+        ExpressionTypeError: the index is of another enum.
     """
-    family = require_family(base)
-    if index.type != family.index:
+    if index.type != type_.index:
         raise ExpressionTypeError(
-            "AE203", f"the index must be a member of {family.index}, not {index.type}", index.extent
+            "AE203", f"the index must be a member of {type_.index}, not {index.type}", index.extent
         )
-    of = cast("t.Variable | t.ConstantTable", base.term)
-    return TypedTerm(t.Select(of, require_rational(index)), value_type(family.element), extent)
+    return TypedTerm(t.Select(family, require_rational(index)), value_type(type_.element), extent)

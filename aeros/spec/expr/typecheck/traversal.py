@@ -9,6 +9,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.typecheck.arithmetic import add, invert, multiply, negate, scale
 from aeros.spec.expr.typecheck.comparison import compare, is_inside, is_one_of
+from aeros.spec.expr.typecheck.desugar import Norm
 from aeros.spec.expr.typecheck.functions import call, check_signature
 from aeros.spec.expr.typecheck.name_resolution import (
     declared_type,
@@ -33,6 +34,9 @@ from aeros.spec.expr.typecheck.typed_term import (
 from aeros.spec.expr.types import BOOL, FamilyType, RealType, Type
 from aeros.spec.expr.units import format_number
 
+Part = tuple[t.Term, s.TextRange]
+"""Term with its place in the text."""
+
 _CHOICES = ("min", "max", "clamp")  # functions whose value is one of their arguments
 
 
@@ -48,9 +52,8 @@ class TypeChecker:
         """
         self._scope = scope
         self._bound = bound or {}
-        self._parts: dict[int, tuple[TypedTerm, ...]] = {}  # by identity of the node
+        self._parts: dict[int, tuple[Part, ...]] = {}  # by identity of the node
         self._points: set[int] = set()  # nodes that may be a temperature in °C, by identity
-        self._is_within = False  # true while the parts of the whole expression are checked
 
     def check(self, node: s.Node, hint: Type | None = None) -> TypedTerm:
         """Type a node and all that is in it.
@@ -65,21 +68,25 @@ class TypeChecker:
         Raises:
             ExpressionTypeError: it does not type-check.
         """
-        if not self._is_within:
-            self._is_within = True
-            self._allow_points(node)
+        self._allow_points(node)
+        return self._check(node, hint)
+
+    def _check(self, node: s.Node, hint: Type | None = None) -> TypedTerm:
+        """Type a part of an expression."""
         typed = self._typed(node, hint)
-        self._parts.setdefault(id(node), (typed,))
+        if not isinstance(typed.term, Norm):
+            self._parts.setdefault(id(node), ((typed.term, typed.extent),))
         return typed
 
-    def parts_of(self, node: s.Node) -> tuple[TypedTerm, ...]:
+    def parts_of(self, node: s.Node) -> tuple[Part, ...]:
         """Return the parts of a node outside quantifiers that was checked.
 
         Args:
             node: checked expression.
 
         Returns:
-            The comparison of each pair for a comparison chain; otherwise the node's own term alone.
+            The comparison of each pair for a comparison chain; otherwise the node's own term alone. Each with
+            its place.
         """
         return self._parts[id(node)]
 
@@ -94,8 +101,8 @@ class TypeChecker:
                         node.extent,
                         cure=f"write a difference in K, and this temperature as {format_number(value)} K",
                     )
-                type_ = RealType(unit.dimension)
-                return TypedTerm(t.Literal(value, type_), type_, node.extent)
+                real = RealType(unit.dimension)
+                return TypedTerm(t.Literal(value, real), real, node.extent)
             case s.BooleanLiteral(value=value):
                 return TypedTerm(t.Literal(value, BOOL), BOOL, node.extent)
             case s.Name():
@@ -103,19 +110,18 @@ class TypeChecker:
             case s.Attribute():
                 return self._attribute(node)
             case s.Index():
-                family = self.check(node.base)
-                index = self.check(node.index, require_family(family).index)
-                return element(family, index, node.extent)
+                family, type_ = require_family(self._check(node.base))
+                return element(family, type_, self._check(node.index, type_.index), node.extent)
             case s.Call():
                 check_signature(node)
                 if node.function.text in _CHOICES:
                     self._allow_points(*node.arguments)
-                arguments = [self.check(argument) for argument in node.arguments]
+                arguments = [self._check(argument) for argument in node.arguments]
                 return call(node.function.text, arguments, node.extent)
             case s.Unary(op="not"):
                 return TypedTerm(t.Not(self._condition(node.operand)), BOOL, node.extent)
             case s.Unary():
-                return negate(self.check(node.operand), node.extent)
+                return negate(self._check(node.operand), node.extent)
             case s.Binary():
                 return self._binary(node)
             case s.Junction():
@@ -144,13 +150,13 @@ class TypeChecker:
             self._points.update(map(id, nodes))
 
     def _condition(self, node: s.Node) -> t.Term:
-        return require_condition(self.check(node))
+        return require_condition(self._check(node))
 
     def _attribute(self, node: s.Attribute) -> TypedTerm:
         resolved = resolve_attribute(node, self._scope, self._bound)
         if resolved is not None:
             return TypedTerm(*resolved, node.extent)
-        return component(self.check(node.base), node.name, node.extent)
+        return component(self._check(node.base), node.name, node.extent)
 
     def _binary(self, node: s.Binary) -> TypedTerm:
         match node.op:
@@ -158,54 +164,50 @@ class TypeChecker:
                 implication = t.Implies(self._condition(node.left), self._condition(node.right))
                 return TypedTerm(implication, BOOL, node.extent)
             case "*":
-                return multiply(self.check(node.left), self.check(node.right), node.extent)
+                return multiply(self._check(node.left), self._check(node.right), node.extent)
             case "/":
                 if isinstance(node.left, s.NumberLiteral):
-                    self.check(node.left)  # `5 °C/s` is refused for its unit, not for the name `s`
-                factor = invert(self.check(node.right))
-                return scale(factor, self.check(node.left), node.extent)
+                    self._check(node.left)  # `5 °C/s` is refused for its unit, not for the name `s`
+                factor, dimension = invert(self._check(node.right))
+                return scale(factor, dimension, self._check(node.left), node.extent)
             case _:
-                return add(node.op, self.check(node.left), self.check(node.right), node.extent)
+                return add(node.op, self._check(node.left), self._check(node.right), node.extent)
 
     def _chain(self, node: s.ComparisonChain) -> TypedTerm:
         self._allow_points(*node.operands)
         # Each operand's type chooses the enum of the next; the first takes it from a declared name.
-        typed = [self.check(node.operands[0], declared_type(node.operands[1:], self._scope, self._bound))]
+        typed = [self._check(node.operands[0], declared_type(node.operands[1:], self._scope, self._bound))]
         for operand in node.operands[1:]:
-            typed.append(self.check(operand, typed[-1].type))
-        pairs = zip(node.ops, typed, typed[1:], strict=False)
-        parts = tuple(compare(op, left, right) for op, left, right in pairs)
+            typed.append(self._check(operand, typed[-1].type))
+        parts = tuple(map(compare, node.ops, typed, typed[1:]))
         starts = (node.extent.start, *(operand.extent.start for operand in typed[1:-1]))
         ends = (*(operand.extent.end for operand in typed[1:-1]), node.extent.end)
-        self._parts[id(node)] = tuple(
-            TypedTerm(part, BOOL, s.TextRange(start, end))
-            for part, start, end in zip(parts, starts, ends, strict=True)
-        )
+        self._parts[id(node)] = tuple(zip(parts, map(s.TextRange, starts, ends), strict=True))
         return TypedTerm(parts[0] if len(parts) == 1 else t.And(parts), BOOL, node.extent)
 
     def _membership(self, node: s.Membership) -> t.Term:
         if isinstance(node.container, tuple):
-            return is_one_of(self.check(node.operand), node.container)
+            return is_one_of(self._check(node.operand), node.container)
         box = resolve_volume(node.container, self._scope)
-        return is_inside(self.check(node.operand), box)
+        return is_inside(self._check(node.operand), box)
 
     def _conditional(self, node: s.IfElse, hint: Type | None) -> TypedTerm:
         condition = self._condition(node.condition)
         self._allow_points(node.then, node.otherwise)
-        then = self.check(node.then, hint)
+        then = self._check(node.then, hint)
         if isinstance(then.type, FamilyType):
             raise ExpressionTypeError(
                 "AE203", "a whole family cannot be chosen", then.extent, cure="choose between its elements"
             )
-        otherwise = self.check(node.otherwise, then.type)
+        otherwise = self._check(node.otherwise, then.type)
         require_same_type(then, otherwise, "the alternative of")
         term = t.Conditional(condition, require_rational(then), require_rational(otherwise))
         return TypedTerm(term, then.type, node.extent)
 
     def _past(self, node: s.PastOperator) -> TypedTerm:
         check_past_is_allowed(node, self._scope)
-        operands = [require_measured(self.check(operand), node.op) for operand in node.operands]
-        within = None if node.window is None else require_window(self.check(node.window))
+        operands = [require_measured(self._check(operand), node.op) for operand in node.operands]
+        within = None if node.window is None else require_window(self._check(node.window))
         return look_back(node.op, operands, within, node.extent)
 
 
@@ -218,5 +220,4 @@ def _is_point(node: s.Node) -> bool:
             return function.text in _CHOICES and all(map(_is_point, arguments))
         case s.IfElse(then=then, otherwise=otherwise):
             return _is_point(then) and _is_point(otherwise)
-        case _:
-            return False
+    return False

@@ -137,7 +137,7 @@ def _has_large_loop(ecm: Ecm, site: Site) -> bool:
     for task in ecm.tasks.values():
         try:
             starts = TransitionSystem(ecm, task, site).variables.starts(task.initial)
-            if math.prod(map(len, starts)) >= _LARGE_LOOP:
+            if math.prod(map(len, starts.values())) >= _LARGE_LOOP:
                 return True
         except StateSpaceError:  # there are none that could be listed
             continue

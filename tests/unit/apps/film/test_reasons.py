@@ -19,7 +19,7 @@ HARD = Shortfall("contact_force", 70.0, 65.0, True, "N")
         ([RuleCause("arm-standing", "", (NEAR,))], "person at 0.61 m, 0.89 m needed"),
         (
             [RuleCause("reduced-speed", "", (NEAR._replace(value=1.6, bound=2.3), FAST))],
-            "person at 1.60 m: speed 0.20 in place of 0.45 m/s",
+            "person first at 1.60 m: speed 0.20 in place of 0.45 m/s",
         ),
         ([RuleCause("force", "", (HARD,))], "contact force 70 N, at most 65 N needed"),
         ([RuleCause("workspace", "target in bench", ())], "workspace: target in bench"),

@@ -14,7 +14,12 @@ from tests.unit.apps.film.runs import RUN, captions
     ("time", "status", "headline", "rule"),
     [
         (0.01, "allowed", "", ""),
-        (4.2, "slowed", "person at 1.60 m: speed 0.20 in place of 0.45 m/s", "reduced-speed-near-person"),
+        (
+            4.2,
+            "slowed",
+            "person first at 1.60 m: speed 0.20 in place of 0.45 m/s",
+            "reduced-speed-near-person",
+        ),
         (4.52, "stopped", "person at 0.90 m, 0.93 m needed", "arm-separation"),
         (4.9, "waiting", "person at 0.83 m, 0.89 m needed", "arm-standing, arm-separation"),
     ],

@@ -74,6 +74,8 @@ ARM = FOLDING.hulls[0]
         (motion(joint_paths=((((0.0,), (0.1,), (0.2,)),),)), "a segment does not have four control points"),
         (motion(joint_paths=((((0.0, 0.0),) * 4,),)), "it does not have 1 joints"),
         (motion(duration=nan), "one of its numbers is not finite"),
+        (motion(duration=2), "one of its numbers, 2, is of the type `int`; it needs `float`"),
+        (bodied(tool_offset=(0, 0.0, 0.0)), "one of its numbers, 0, is of the type `int`; it needs `float`"),
         (motion(duration=0.0), "its duration is not above 0 s"),
         (motion(base_path=(1.0, 0.0, 0.0), servo=servo()), "the base travels under feedback"),
         (

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+import pybullet
 import pytest
 
 from aeros.sim.bullet.world import PhysicsWorld
@@ -55,3 +56,15 @@ def test_a_model_that_is_not_there_or_is_none_is_refused(world: PhysicsWorld, tm
     path.write_text("<robot>", encoding="utf-8")
     with pytest.raises(UserError, match="AE141"):
         world.bodies.add_urdf(str(path), (0.0, 0.0, 0.0))
+
+
+def test_links_of_a_model_have_the_inertia_of_its_file(world: PhysicsWorld, tmp_path: Path) -> None:
+    model = tmp_path / "brick.urdf"
+    model.write_text(
+        """<robot name="brick"><link name="brick"><inertial><mass value="2"/>
+        <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.25"/></inertial>
+        <collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link></robot>"""
+    )
+    brick = world.bodies.add_urdf(str(model), (0.0, 0.0, 1.0))
+    _, _, moments, *_ = pybullet.getDynamicsInfo(brick, -1, physicsClientId=world.client)
+    assert moments == pytest.approx((0.1, 0.2, 0.25))

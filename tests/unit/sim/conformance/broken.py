@@ -197,6 +197,19 @@ class OffWithoutSayingSo(Twin):
         return values
 
 
+class ChainOfIntegers(Twin):
+    """A plant that writes `0` in its chain where it is 0.0: equal, and of another type."""
+
+    def plan(self, action: Action) -> PlannedMotion:
+        plan = super().plan(action)
+        if not isinstance(plan, Trajectory) or self._planned is None:
+            return plan
+        rows = tuple((0 if row[0] == 0.0 else row[0], *row[1:]) for row in plan.body.dh_rows)
+        same = replace(plan, body=replace(plan.body, dh_rows=rows))  # type: ignore[arg-type]
+        self._planned = (self._planned[0], self._planned[1]._replace(plan=same))
+        return same
+
+
 class FasterThanDecided(Twin):
     """It is where it should be at every second tick, and makes the way of two ticks in one."""
 
@@ -438,6 +451,7 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
     "the_executed_motion_is_the_decided_one": {
         AnotherWayThanDecided: "a joint is .* rad or m off its path",
         OffWithoutSayingSo: "a joint is .* rad or m off its path",
+        ChainOfIntegers: "`dh_rows` of the plan has 0; it needs finite numbers of the type `float`",
     },
     "no_speed_is_higher_than_decided": {
         FasterThanDecided: "a joint reaches .*; .* was decided",

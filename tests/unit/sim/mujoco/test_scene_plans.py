@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from aeros.sim.mujoco.plans import inertia_of_shapes
 from aeros.sim.mujoco.scene_plans import plan_body
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.scene import Basin, Box, Compound, Cylinder, Joint, Part, Sphere, UrdfModel
+from tests.shipped_scenes import SHIPPED, shipped_scene
 from tests.unit.sim.engine.declared_bodies import body
 
 URDF = """<robot name="door">
@@ -107,3 +109,23 @@ def test_a_file_that_is_missing_or_has_a_mesh_is_refused(tmp_path: Path) -> None
         plan_body(body(shape=UrdfModel(str(tmp_path / "absent.urdf"), ("a",), {})))
     with pytest.raises(UserError, match=r"door.urdf`: a link collides by a mesh"):
         plan_body(body(shape=model(tmp_path, shape='<mesh filename="leaf.stl"/>')))
+
+
+def test_shipped_models_declare_the_inertia_of_their_shapes() -> None:
+    models = {
+        one.shape.path: one.shape
+        for scene in map(shipped_scene, SHIPPED)
+        for one in scene.bodies.values()
+        if isinstance(one.shape, UrdfModel)
+    }
+    assert {Path(path).stem for path in models} >= {"press", "wrapper", "sponge"}
+    links = [link for shape in models.values() for link in plan_body(body(shape=shape, mass=1.0))]
+    assert len(links) > 6
+    for link in links:
+        assert link.inertia is not None
+        mass, centre, declared = link.inertia
+        of_shapes = inertia_of_shapes(mass, link.shapes).matrix
+        # About the origin of the link, by the parallel-axis theorem.
+        place = np.array(centre)
+        about_origin = declared + mass * (place @ place * np.eye(3) - np.outer(place, place))
+        assert about_origin == pytest.approx(of_shapes, rel=1e-3, abs=1e-3 * np.trace(of_shapes)), link.name

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.backends.answer_store import AnswerStore, default_store
+from aeros.spec.backends.answer_store import AnswerStore, default_store, open_default_store
 from aeros.spec.backends.solver_results import SatResult, SolverAnswer
 from tests.hypothesis_profiles import examples
 
@@ -145,3 +145,31 @@ def test_a_folder_of_another_user_is_not_trusted(tmp_path: Path, monkeypatch: py
     other = os.getuid() + 1
     monkeypatch.setattr(os, "getuid", lambda: other)
     assert default_store() is None
+
+
+def test_the_default_store_is_open_inside_its_block_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("AEROS_CACHE", str(tmp_path))
+    for _ in range(2):
+        with open_default_store() as store:
+            assert store is not None
+            store.put({"a": UNSAT})
+            assert store.get("a") == UNSAT
+        assert store.get("a") is None
+    monkeypatch.setenv("AEROS_CACHE", "off")
+    with open_default_store() as store:
+        assert store is None
+
+
+def test_a_store_waits_for_another_process_for_one_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = []
+    connect = sqlite3.connect
+
+    def noted(path: Path, **options: float) -> sqlite3.Connection:
+        given.append((path, options))
+        return connect(":memory:")
+
+    monkeypatch.setattr(sqlite3, "connect", noted)
+    AnswerStore(Path("answers")).close()
+    assert given == [(Path("answers"), {"timeout": 1.0})]

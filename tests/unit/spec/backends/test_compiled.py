@@ -221,3 +221,79 @@ def test_no_other_term_than_those_of_the_scalar_core_becomes_code() -> None:
         generator.condition(t.Implies(t.TRUE, t.FALSE))
     with pytest.raises(AssertionError, match=r"^not a core real: "):
         generator._real(t.Not(t.TRUE))
+
+
+def test_generated_code_can_use_nothing_but_numbers() -> None:
+    _, names = compiled.inline_conditions([t.Compare("<=", X, Y)], _unit_ranges(), {"x": "x", "y": "y"})
+    assert names == {"__builtins__": {}, "abs": abs, "inf": math.inf, "max": max, "min": min}
+    assert compiled.bytecode_of("x", "eval").co_filename == "<generated>"
+
+
+_SUM = t.Add(X, Y)
+
+
+@pytest.mark.parametrize(
+    ("term", "code"),
+    [
+        (t.Compare("<=", X, _constant("1/10")), "(x <= 0.09999999999999999)"),
+        (t.Compare("<", _constant("1/10"), X), "(x > 0.09999999999999999)"),
+        (t.Compare("==", X, _constant("1/10")), "False"),
+        (t.Compare("<=", X, Y), "(x <= y)"),
+        (t.Compare("==", t.Absolute(X), t.Extremum("max", X, Y)), "(abs(x) == max(x, y))"),
+    ],
+)
+def test_measured_values_are_compared_without_a_band(term: t.Term, code: str) -> None:
+    local = {name: name for name in "xyz"}
+    (found,), names = compiled.inline_conditions([term], _unit_ranges(), local)
+    assert (found, len(names)) == (code, 5)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize(
+    ("term", "is_in_band"),
+    [
+        (t.Multiply(_constant(2), X), True),
+        (t.Multiply(_constant(5), X), False),
+        (t.Multiply(t.Multiply(X, Y), _constant(1 / compiled._LARGEST)), False),  # on the way
+    ],
+)
+def test_only_values_far_from_overflow_are_subtracted(term: t.Term, is_in_band: bool, turned: bool) -> None:
+    quarter = compiled._LARGEST / 4
+    ranges = {"x": (-quarter, quarter), "y": (-quarter, quarter), "z": (_ZERO, _ZERO)}
+    sides = (Z, term) if turned else (term, Z)
+    (code,), _ = compiled.inline_conditions([t.Compare("<=", *sides)], ranges, {name: name for name in "xyz"})
+    assert (":=" in code) is is_in_band
+
+
+def test_both_sides_together_are_far_from_overflow() -> None:
+    half = compiled._LARGEST / 2
+    for size, is_in_band in ((half, True), (half + 1, False)):
+        ranges = {"x": (-size, size), "y": (_ZERO, half)}
+        term = t.Compare("<=", t.Extremum("min", X, _constant("1/3")), t.Extremum("max", Y, _constant("1/3")))
+        (code,), _ = compiled.inline_conditions([term], ranges, {name: name for name in "xyz"})
+        assert (":=" in code) is is_in_band
+
+
+def test_an_exact_decision_takes_a_value_of_each_variable() -> None:
+    names = compiled.inline_conditions(
+        [t.Compare("<=", _SUM, Z)], _unit_ranges(), {name: name for name in "xyz"}
+    )[1]
+    (decide,) = [function for name, function in names.items() if name.startswith("exact")]
+    assert decide(0.25, 0.5, 0.75) is True
+    with pytest.raises(ValueError, match="argument 2 is shorter"):
+        decide(0.25, 0.5)
+
+
+@pytest.mark.parametrize("height", [28, 29, 58, 59])
+def test_every_thirtieth_level_of_a_term_is_a_function(height: int) -> None:
+    total: t.Term = X
+    for _ in range(height - 1):
+        total = t.Add(total, Y)
+    term = t.Compare("<=", total, _constant(100))
+    (code,), names = compiled.inline_conditions([term], _unit_ranges(), {name: name for name in "xyz"})
+    parts = [name for name in names if name.startswith("part")]
+    assert len(parts) == (height + 1) // 30
+    together = compiled.compile_conditions([term, t.Not(term)], _unit_ranges())
+    assert together.argument_names == ("x", "y")
+    assert together.evaluate(0.5, 1.0) == (0.5 + height - 1 <= 100, 0.5 + height - 1 > 100)
+    assert all(f"{part}(x, y)" in code for part in parts[-1:] if (height + 1) % 30 == 0)

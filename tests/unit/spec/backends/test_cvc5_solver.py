@@ -1,9 +1,12 @@
 from __future__ import annotations
 
+import cvc5
 import pytest
 
+from aeros.spec.backends import cvc5_solver
 from aeros.spec.backends.cvc5_solver import Cvc5, truths_at
-from aeros.spec.backends.solver_results import NoAnswerError, SatResult
+from aeros.spec.backends.solver_process import SolverProcess
+from aeros.spec.backends.solver_results import NoAnswerError, SatResult, SolverAnswer
 
 _BETWEEN = "(set-logic ALL)(declare-fun x () Real)(assert (< 0 x {}))(check-sat)"
 _HARD = """(set-logic ALL)
@@ -44,3 +47,22 @@ def test_each_assertion_is_evaluated_at_each_point() -> None:
 def test_text_that_cannot_be_read_is_not_evaluated() -> None:
     with pytest.raises(NoAnswerError):
         truths_at("(assert", [])
+
+
+def test_an_answer_has_a_result_no_model_and_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert Cvc5().name == f"cvc5 {cvc5.__version__}"
+    for script, expected in (("(assert true)", SatResult.SAT), ("(assert false)", SatResult.UNSAT)):
+        answer = cvc5_solver._solve_script(f"(set-logic ALL)\n{script}\n(check-sat)", 1_000_000)
+        assert answer == SolverAnswer(expected, {})
+    unasked = cvc5_solver._solve_script("(set-logic ALL)", 1_000_000)
+    assert unasked == SolverAnswer(SatResult.UNKNOWN, {}, "")
+    unread = cvc5_solver._solve_script("(assert", 1_000_000)
+    assert unread == SolverAnswer(SatResult.UNKNOWN, {}, unread.reason)
+    assert "Expected SMT-LIBv2 term" in unread.reason
+
+    def refuse(*given: object, seconds: float) -> SolverAnswer:
+        raise NoAnswerError(f"no answer within {seconds:g} s")
+
+    monkeypatch.setattr(SolverProcess, "ask", refuse)
+    found = Cvc5().solve_script("(check-sat)")
+    assert found == SolverAnswer(SatResult.UNKNOWN, {}, f"no answer within {cvc5_solver._SECONDS:g} s")

@@ -23,6 +23,7 @@ REPOSITORY = Path(__file__).parents[4]
 X = t.Variable("x", RealType(LENGTH), t.VariableRole.STATE)
 B = t.Variable("b", BOOL, t.VariableRole.STATE)
 E = t.Variable("e", EnumType("side", ("left", "right")), t.VariableRole.STATE)
+SAT = SolverAnswer(SatResult.SAT, {"x": Fraction(1)})
 RANGES = {"x": (Fraction(0), Fraction(10))}
 
 
@@ -201,7 +202,7 @@ def test_unknown_is_not_stored(open_store: Callable[[], AnswerStore]) -> None:
 @pytest.mark.parametrize("content", ["", "null", "{}", '{"result": "maybe", "model": {}}', "[1", "0"])
 def test_an_unreadable_entry_counts_as_missing(content: str, open_store: Callable[[], AnswerStore]) -> None:
     store = open_store()
-    store._connection.execute("INSERT INTO answers VALUES ('k', ?)", (content,))
+    store._database.execute("INSERT INTO answers VALUES ('k', ?)", (content,))
     assert store.get("k") is None
 
 
@@ -293,3 +294,39 @@ def test_answers_belong_to_the_solver_and_to_the_code_that_gives_terms_their_mea
         known.append(fingerprint())
     monkeypatch.setattr(oracle_module, "z3_version", lambda: "another")
     assert fingerprint() not in known
+
+
+def test_the_answers_of_a_group_are_asked_for_once_and_recorded(monkeypatch: pytest.MonkeyPatch) -> None:
+    oracle = Oracle(recording=True)
+    posed = _posed(3, 11)
+    unsat = SolverAnswer(SatResult.UNSAT, {})
+    groups: list[object] = []
+
+    def answer(_: object, questions: object, rlimit: int, seconds: float) -> list[SolverAnswer | None]:
+        groups.append((questions, rlimit, seconds))
+        return [None, unsat]
+
+    monkeypatch.setattr(SolverProcess, "check_together", answer)
+
+    def answer_alone(*given: object) -> SolverAnswer:
+        alone.append(given[3])
+        return SAT
+
+    monkeypatch.setattr(SolverProcess, "check_sat", answer_alone)
+    alone: list[object] = []
+    for _ in range(2):
+        assert oracle.check_together(posed) == [SAT, unsat]
+    assert alone == [(posed[0].question.terms)]
+    assert len(groups) == 2  # as one question was left open
+    assert groups[0] == ([one.question for one in posed], oracle.rlimit, oracle._seconds)
+    assert [(one.description, one.question, one.answer) for one in oracle.asked.values()] == [
+        ("a claim", posed[0].question, SAT),
+        ("a claim", posed[1].question, unsat),
+    ]
+
+
+def test_a_group_has_an_answer_for_each_question(monkeypatch: pytest.MonkeyPatch) -> None:
+    for count in (1, 3):
+        monkeypatch.setattr(SolverProcess, "check_together", lambda *_, count=count: [None] * count)
+        with pytest.raises(ValueError, match="argument 2 is"):
+            Oracle().check_together(_posed(3, 11))

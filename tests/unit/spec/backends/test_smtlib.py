@@ -154,3 +154,15 @@ def test_values_of_points_are_equations_after_the_script() -> None:
         ["(assert (= |x| 1.0))", "(assert (= |y| 2.0))"],
         ["(assert (= |x| 3.0))", "(assert (= |y| 4.0))"],
     ]
+
+
+def test_a_table_needs_a_value_for_each_member() -> None:
+    index = EnumType("Set", ("i", "j"))
+    for count in (1, 3):
+        table = t.ConstantTable("limit", FamilyType(index, RealType(LENGTH)), (Fraction(1),) * count)
+        with pytest.raises(ValueError, match="argument 2 is"):
+            lines_of(
+                t.Compare(
+                    "<=", t.Select(table, t.Literal("i", index)), t.Select(table, t.Literal("j", index))
+                )
+            )

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import io
 import os
+import pickle
+import resource
 import signal
+import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from fractions import Fraction
+from types import SimpleNamespace
 
 import pytest
 
+from aeros.spec.backends import solver_process
 from aeros.spec.backends.solver_process import SOLVER_PROCESS, SolverProcess, SolverSession
 from aeros.spec.backends.solver_results import NoAnswerError, Question, SatResult, ScriptAnswer, SolverAnswer
 from aeros.spec.expr import terms as t
@@ -129,3 +135,86 @@ def test_a_question_of_a_session_has_a_time_limit(monkeypatch: pytest.MonkeyPatc
     solved = SOLVER_PROCESS.solve_script("(check-sat)", 1, 2.5)
     assert solved == ScriptAnswer(SatResult.UNKNOWN, {}, 0, 0, "no answer within 2.5 s")
     assert SOLVER_PROCESS.check_together([Question([X], {}, [t.TRUE])] * 3, 1, 2.5) == [None] * 3
+
+
+def test_a_session_sends_what_is_new(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = []
+
+    def answer(*arguments: object, seconds: float) -> SolverAnswer:
+        given.append((*arguments[3:], seconds))
+        return SolverAnswer(SatResult.SAT, {})
+
+    monkeypatch.setattr(SolverProcess, "ask", answer)
+    session = SolverSession([X], seconds=2.5)
+    first, second = product_above(1), product_above(2)
+    session.assume(first)
+    session.check_sat(t.TRUE)
+    session.assume(second)
+    session.check_sat(t.FALSE)
+    session.check_sat(t.TRUE)
+    assert given == [
+        ((X,), (first,), t.TRUE, 2.5, 2.5),
+        (None, (second,), t.FALSE, 2.5, 2.5),
+        (None, (), t.TRUE, 2.5, 2.5),
+    ]
+
+
+def _refuse(reason: type[BaseException]) -> None:
+    raise reason("why")
+
+
+def test_the_solver_process_answers_until_its_input_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its program runs here, without the limits on this process, which are noted."""
+    asked, written = io.BytesIO(), io.BytesIO()
+    questions: list[tuple[Callable[..., object], tuple[object, ...], float]] = [
+        (pow, (2, 10), 1.5),
+        (_refuse, (MemoryError,), 2.5),
+        (_refuse, (RecursionError,), 2.5),
+        (_refuse, (NoAnswerError,), 3.5),
+    ]
+    for question in questions:
+        solver_process._send(asked, pickle.dumps(question))
+    asked.seek(0)
+    limits: list[object] = []
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=asked))
+    monkeypatch.setattr(sys, "stdout", SimpleNamespace(buffer=written))
+    for module, name in ((signal, "signal"), (signal, "setitimer"), (resource, "setrlimit")):
+        monkeypatch.setattr(module, name, lambda *given, name=name: limits.append((name, *given)))
+    for hard, most in ((resource.RLIM_INFINITY, 4 << 30), (5 << 30, 4 << 30), (1 << 30, 1 << 30)):
+        monkeypatch.setattr(resource, "getrlimit", {resource.RLIMIT_AS: (7, hard)}.__getitem__)
+        asked.seek(0)
+        written.seek(0)
+        written.truncate()
+        limits.clear()
+        solver_process.answer_questions()
+        written.seek(0)
+        assert solver_process._receive(written, None) == b"ready"
+        answers = [pickle.loads(solver_process._receive(written, None)) for _ in questions]  # noqa: S301
+        assert answers == [
+            (1024, ""),
+            (None, "the solver gave up: MemoryError"),
+            (None, "the solver gave up: RecursionError"),
+            (None, "why"),
+        ]
+        assert limits[:3] == [
+            ("signal", signal.SIGINT, signal.SIG_IGN),
+            ("signal", signal.SIGPROF, signal.SIG_DFL),
+            ("setrlimit", resource.RLIMIT_AS, (most, hard)),
+        ]
+        assert limits[3:] == [
+            ("setitimer", signal.ITIMER_PROF, limit)
+            for *_, seconds in questions
+            for limit in (seconds + solver_process.GRACE_S, 0)
+        ]
+
+
+def test_a_question_is_the_arguments_of_a_solver() -> None:
+    above = product_above(80)
+    for bound, expected in ((80, SatResult.SAT), (81, SatResult.UNSAT)):
+        found = solver_process._solve_terms([X, Y], RANGES, [product_above(bound)], 1_000_000, 10.0)
+        assert found.result is expected
+    question = Question([X, Y], RANGES, [above])
+    other = Question([X, Y], RANGES, [product_above(81)])
+    answers = solver_process._solve_together([question, other], 1_000_000, 10.0)
+    assert [answer and answer.result for answer in answers] == [SatResult.SAT, SatResult.UNSAT]
+    assert solver_process._solve_script("(assert false)(check-sat)", 1_000).result is SatResult.UNSAT

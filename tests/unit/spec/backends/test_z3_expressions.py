@@ -18,27 +18,99 @@ S, T = (z3.Int(name, CONTEXT) for name in "st")
 
 
 @pytest.mark.parametrize(
-    ("made", "expected"),
+    ("maker", "arguments", "expected"),
     [
-        (MAKE.truth(True), z3.BoolVal(True, CONTEXT)),
-        (MAKE.truth(False), z3.BoolVal(False, CONTEXT)),
-        (MAKE.number(Fraction(-7, 3)), z3.RealVal("-7/3", CONTEXT)),
-        (MAKE.negation(A), z3.Not(A)),
-        (MAKE.conjunction([A, B, A]), z3.And(A, B, A)),
-        (MAKE.disjunction([A, B]), z3.Or(A, B)),
-        (MAKE.comparison("<", X, Y), X < Y),
-        (MAKE.comparison("<=", X, Y), X <= Y),
-        (MAKE.comparison("==", X, Y), X == Y),
-        (MAKE.comparison("==", S, T), S == T),
-        (MAKE.comparison("==", A, B), A == B),
-        (MAKE.sum(X, Y), X + Y),
-        (MAKE.product(X, Y), X * Y),
-        (MAKE.opposite(X), -X),
-        (MAKE.choice(A, X, Y), z3.If(A, X, Y)),
-        (MAKE.choice(A, A, B), z3.If(A, A, B)),
+        ("truth", (True,), z3.BoolVal(True, CONTEXT)),
+        ("truth", (False,), z3.BoolVal(False, CONTEXT)),
+        ("number", (Fraction(-7, 3),), z3.RealVal("-7/3", CONTEXT)),
+        ("negation", (A,), z3.Not(A)),
+        ("conjunction", ([A, B, A],), z3.And(A, B, A)),
+        ("disjunction", ([A, B],), z3.Or(A, B)),
+        (
+            "comparison",
+            (
+                "<",
+                X,
+                Y,
+            ),
+            X < Y,
+        ),
+        (
+            "comparison",
+            (
+                "<=",
+                X,
+                Y,
+            ),
+            X <= Y,
+        ),
+        (
+            "comparison",
+            (
+                "==",
+                X,
+                Y,
+            ),
+            X == Y,
+        ),
+        (
+            "comparison",
+            (
+                "==",
+                S,
+                T,
+            ),
+            S == T,
+        ),
+        (
+            "comparison",
+            (
+                "==",
+                A,
+                B,
+            ),
+            A == B,
+        ),
+        (
+            "sum",
+            (
+                X,
+                Y,
+            ),
+            X + Y,
+        ),
+        (
+            "product",
+            (
+                X,
+                Y,
+            ),
+            X * Y,
+        ),
+        ("opposite", (X,), -X),
+        (
+            "choice",
+            (
+                A,
+                X,
+                Y,
+            ),
+            z3.If(A, X, Y),
+        ),
+        (
+            "choice",
+            (
+                A,
+                A,
+                B,
+            ),
+            z3.If(A, A, B),
+        ),
     ],
 )
-def test_an_expression_is_that_of_the_operator(made: Any, expected: Any) -> None:
+def test_an_expression_is_that_of_the_operator(maker: str, arguments: tuple[Any, ...], expected: Any) -> None:
+    made = getattr(MAKE, maker)(*arguments)
+    assert made.ctx is CONTEXT
     assert made.eq(expected)
     assert type(made) is type(expected) or z3.is_arith(made)
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import Any
 
 import pytest
 import z3
@@ -132,3 +133,38 @@ def test_no_other_term_and_no_other_variable_than_those_of_the_scalar_core_is_en
 
 def test_the_solver_has_a_name_and_a_version() -> None:
     assert solver_version().startswith("z3 5.")
+
+
+def test_each_solver_has_the_seed_the_budget_and_the_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: dict[str, object] = {}
+    set_option = z3.Solver.set
+
+    def noted(solver: z3.Solver, name: str, value: object) -> None:
+        given[name] = value
+        set_option(solver, name, value)
+
+    monkeypatch.setattr(z3.Solver, "set", noted)
+    for seconds, milliseconds in ((2.5, 2500), (0.0001, 1)):
+        session = IncrementalSolver([X], {}, 1_000_000, seconds=seconds)
+        options = {"rlimit": 1_000_000, "timeout": milliseconds}
+        for with_assumptions in (True, False):
+            session.new_solver(with_assumptions=with_assumptions)
+            assert given == {"random_seed": 0, **options}
+            given.clear()
+        session.check_simplified([t.TRUE])
+        assert given == options
+        given.clear()
+
+
+def test_a_shared_term_is_encoded_once() -> None:
+    shared, encoded = SolverContext(), []
+
+    def encode(term: t.Term) -> Any:
+        encoded.append(term)
+        return shared.expressions.truth(term == t.TRUE)
+
+    parts: tuple[t.Term, ...] = (t.TRUE, t.FALSE, t.And((t.TRUE, t.FALSE)))
+    for _ in range(2):
+        for term, truth in zip(parts, (True, False, False), strict=True):
+            assert z3.is_true(z3.simplify(shared.encode_once(term, encode))) is truth
+    assert encoded == [t.TRUE, t.FALSE]

@@ -9,18 +9,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aeros.spec.closed_loop import cells as cells_module
 from aeros.spec.closed_loop.cells import NoCellsError, breakpoints, cells, values_between
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
+from tests.hypothesis_profiles import examples
 from tests.unit.agent.dumplings import term
 
 LEVEL = "fill_level"
 UNIT = (Fraction(0), Fraction(1))
 HALF = Fraction(1, 2)
 X = t.Variable(LEVEL, RealType(NUMBER), t.VariableRole.STATE)
+
+_PART = t.Component(t.Vector(X, X, X), 0)
 
 
 def number(value: Fraction | int) -> t.Term:
@@ -55,12 +59,40 @@ def test_values_between_are_those_of_a_closed_range() -> None:
     assert values_between(values, HALF, HALF) == (HALF,)
 
 
-@given(_COMPARED, st.lists(st.fractions(-4, 4, max_denominator=30), min_size=2, max_size=6))
-def test_a_condition_changes_nowhere_between_breakpoints(compared: t.Compare, tried: list[Fraction]) -> None:
+@examples(60)
+@given(_COMPARED)
+def test_a_condition_changes_nowhere_between_breakpoints(compared: t.Compare) -> None:
+    assert_constant_between_breakpoints(compared)
+
+
+def assert_constant_between_breakpoints(compared: t.Compare) -> None:
     points = breakpoints(compared, LEVEL, {})
-    for first, second in pairwise(sorted(tried)):
-        if not any(first <= point <= second for point in points):
-            assert is_true(compared, {LEVEL: first}) is is_true(compared, {LEVEL: second})
+    tried = [(at, is_true(compared, {LEVEL: at})) for at in (Fraction(step, 24) for step in range(-72, 73))]
+    for (first, before), (second, after) in pairwise(tried):
+        assert before is after or any(first <= point <= second for point in points)
+
+
+_BENT = t.Absolute(t.Add(X, number(-HALF)))
+_IS_LOW, _IS_HIGH = (t.Compare("<", X, number(at)) for at in (-HALF, Fraction(3, 2)))
+
+
+@pytest.mark.parametrize(
+    "left",
+    [
+        t.Conditional(_IS_LOW, _BENT, number(1)),
+        t.Conditional(_IS_HIGH, _BENT, number(1)),
+        t.Conditional(_IS_LOW, number(1), _BENT),
+        t.Conditional(_IS_LOW, t.Absolute(t.Add(X, number(1))), _BENT),
+        t.Conditional(t.Compare("<", _BENT, number(1)), number(1), number(0)),
+        t.Extremum("min", _BENT, t.Absolute(X)),
+        t.Extremum("max", _BENT, number(Fraction(3, 4))),
+        t.Add(number(Fraction(-1, 4)), t.Absolute(t.Add(_BENT, number(-1)))),
+    ],
+)
+@pytest.mark.parametrize("right", [number(Fraction(1, 5)), number(Fraction(4, 5)), X, t.Absolute(X)])
+def test_no_piece_of_a_condition_is_left_out(left: t.Term, right: t.Term) -> None:
+    assert_constant_between_breakpoints(t.Compare("<", left, right))
+    assert_constant_between_breakpoints(t.Compare("<", right, left))
 
 
 @pytest.mark.parametrize(
@@ -69,6 +101,8 @@ def test_a_condition_changes_nowhere_between_breakpoints(compared: t.Compare, tr
         ("fill_level > 0.5", {HALF}),
         ("not (0.25 <= fill_level) or dumpling_cooked", {Fraction(1, 4)}),
         ("abs(fill_level - 0.5) < 0.25", {Fraction(1, 4), HALF, Fraction(3, 4)}),
+        ("abs(fill_level - 0.5) + fill_level < 0.75", {HALF, Fraction(5, 8)}),
+        ("2 * abs(fill_level - 0.5) < 0.25", {Fraction(3, 8), HALF, Fraction(5, 8)}),
         ("dumpling_cooked", set()),
     ],
 )
@@ -85,16 +119,28 @@ def test_another_variable_is_tried_with_all_its_values() -> None:
 @pytest.mark.parametrize(
     ("condition", "others", "message"),
     [
-        (t.Compare("<", X, t.Multiply(X, X)), {}, "multiplies `fill_level` by itself"),
+        (t.Compare("<", X, t.Multiply(X, X)), {}, "a condition multiplies `fill_level` by itself"),
         (lower(term("fill_level < joint[j1]")), {}, "`fill_level` is compared with `joint\\[j1\\]`"),
-        (lower(term("fill_level < joint[j1]")), {"joint[j1]": [0] * 5000}, "too many values"),
+        (
+            lower(term("fill_level < joint[j1]")),
+            {"joint[j1]": [0] * 4097},
+            "`fill_level` is compared with too many values",
+        ),
+        (t.Compare("<", X, _PART), {}, "a condition on `fill_level` is not linear in it"),
+        (t.Compare("==", t.TRUE, _PART), {}, "a condition on `fill_level` is not a comparison with a number"),
     ],
 )
 def test_a_comparison_without_cells_is_named(
     condition: t.Term, others: dict[str, list[int]], message: str
 ) -> None:
-    with pytest.raises(NoCellsError, match=message):
+    with pytest.raises(NoCellsError, match=f"^{message}$"):
         breakpoints(condition, LEVEL, others)
+
+
+def test_as_many_values_as_are_enumerated_are_all_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    values = {"joint[j1]": [Fraction(1, 4), HALF]}
+    monkeypatch.setattr(cells_module, "MAX_ENUMERATED", 2)
+    assert breakpoints(lower(term("fill_level < joint[j1]")), LEVEL, values) == {Fraction(1, 4), HALF}
 
 
 def test_two_quantities_are_not_compared() -> None:

@@ -5,13 +5,20 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from aeros.spec.closed_loop.composed_run import ComposedRun, Weights
+import pytest
+
+from aeros.spec.closed_loop import composed_run
+from aeros.spec.closed_loop.composed_run import ComposedRun, HandlerCycleError, RunTooLargeError, Weights
+from aeros.spec.closed_loop.definition_facts import OutcomeValues
+from aeros.spec.closed_loop.giving_up import RunHistory
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.consequences.durations import may_be_late
 from aeros.spec.consequences.stopped_parts import stop_of_part
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
+from aeros.spec.model.hold_conditions import STOPPED
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.model.step_graph import (
     FailingPart,
@@ -214,3 +221,73 @@ def test_one_order_of_branches_may_end_a_condition_around_them() -> None:
     assert made.is_open
     assert done == {}
     assert {(True, False, True), (True, True, False)} <= failed.keys() | {(True, True, False)}
+
+
+def test_handlers_that_lead_back_to_each_other_are_named_with_their_composition() -> None:
+    with pytest.raises(HandlerCycleError, match=r"^the handlers of `c` lead back to each other$") as found:
+        run(step("dough", last="again"), again=step("water", last="again"))
+    assert found.value.composition.id == "c"
+
+
+def test_a_run_comes_through_so_many_states_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    body = Seq((step("water"), step("dough")))  # through two states after the start
+    monkeypatch.setattr(composed_run, "MAX_STATES", 2)
+    assert run(body)[0]
+    monkeypatch.setattr(composed_run, "MAX_STATES", 1)
+    with pytest.raises(RunTooLargeError):
+        run(body)
+
+
+MAYBE = skill("maybe", outcome("done", {DOUGH: True}), outcome("nothing", {}))
+
+
+def test_the_goal_may_be_reached_while_a_branch_that_changes_nothing_still_runs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(SKILLS, "maybe", MAYBE)
+    both = Par((step("maybe"), step("water")), SPAN)
+    assert run(both)[2].is_exact is True
+    done, failed, made = run(both, term(f"{FILLING} and not {DOUGH}"))
+    assert (made.is_exact, made.is_success_known, failed) == (False, False, {})
+    reached = ((False, False, False), DONE, (False, True, False), (True, True, False))
+    assert shown(done) == dict.fromkeys(reached, (0, 0, 0, 0))
+
+
+def test_the_changes_of_branches_are_put_together() -> None:
+    before = RunHistory()
+    one, other = RunHistory(tries=1, gave_up=True), RunHistory(tries=2)
+    merged = composed_run._merged(
+        (False, False, True, before), [(True, False, True, one), (False, False, False, other)]
+    )
+    assert merged == (True, False, False, RunHistory(tries=2, gave_up=True))
+    first = RunHistory(failures=frozenset({((), "look", 1)}))
+    longer = RunHistory(failures=frozenset({((), "look", 2)}))
+    gone = RunHistory(failures=frozenset({((), "wipe", 1)}))
+    # A failure that one of them has from before counts once.
+    merged = composed_run._merged((first,), [(longer,), (gone._replace(failures=first.failures),)])
+    assert merged == (longer,)
+
+
+def test_a_further_try_that_cannot_start_leads_to_the_last_handler(monkeypatch: pytest.MonkeyPatch) -> None:
+    once = skill(
+        "once",
+        outcome("there", {DOUGH: True}),
+        outcome("spilt", {FILLING: True}, failure=True),
+        precondition=f"not {FILLING}",
+    )
+    monkeypatch.setitem(SKILLS, "once", once)
+    _, failed, _ = run(step("once", 1, last="align"), align=step("align"))
+    quarter = Fraction(1, 4)
+    assert {state: one.probability for state, one in failed.items()} == {
+        (False, True, True): quarter,
+        (False, True, False): quarter,
+    }
+
+
+def test_a_stop_that_leaves_too_much_open_is_refused() -> None:
+    def find(_: Skill, one: Outcome) -> OutcomeValues:
+        return OutcomeValues({DOUGH: tuple(range(300))} if one.id == STOPPED else {}, {}, ())
+
+    made = Invocation(SKILLS["align"], {}, NAMES, (), find)
+    with pytest.raises(StateSpaceError, match=r"^`align` leaves 1 variables of it at any value$"):
+        composed_run._stopped(made, (False, False, False))

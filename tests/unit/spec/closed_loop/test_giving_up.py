@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aeros.spec.closed_loop import giving_up
 from aeros.spec.closed_loop.giving_up import (
     LEAST_CHANCE,
     LEAST_FAILURES,
@@ -25,6 +26,7 @@ from aeros.spec.closed_loop.giving_up import (
     is_beyond_chance,
     success_probability,
 )
+from aeros.spec.expr.effects import Increment, QuantityRange
 from aeros.spec.model.ecm import Outcome
 from tests.unit.agent.dumplings import module, skill
 
@@ -145,7 +147,7 @@ def finished_in(rule: RunRule, state: tuple[object, ...], *steps: tuple[str, Out
 
 def finishes_until_given_up(rule: RunRule, *steps: tuple[str, Outcome]) -> int:
     state, times = rule.begin((False,)), 0
-    while not rule.has_ended(state):
+    while not rule.has_ended(state) and times < 100:
         state, times = finished_in(rule, state, *steps), times + 1
     return times
 
@@ -208,6 +210,76 @@ def test_tries_are_counted_where_they_are_limited() -> None:
     assert not rule.is_spent(state, "search")
 
 
+def test_the_history_is_the_last_value_of_a_longer_state() -> None:
+    limited = replace(BELIEFS, counted_skill="look", most_tries=1)
+    rule = RunRule(limited, ["full", "empty"], [1], ())
+    state = after(rule, rule.planned(rule.begin((True, False)), (0,)), ("look", SEEN))
+    assert state[:-1] == (True, False)
+    assert rule.is_spent(state, "look")
+    assert history(state).planned_in == (False,)
+    assert (rule.planned(state, ())[:-1], history(rule.planned(state, ())).planned_in) == (state[:-1], ())
+    state = after(rule, state, *[("search", FAILED)] * 6)
+    assert history(state).gave_up is True
+    assert rule.continued(state) == (*state[:-1], history(state)._replace(gave_up=False))
+    assert history(rule.continued(state)).gave_up is False
+    finished = rule.finished(rule.planned(rule.begin((True, False)), (0,)))
+    again = rule.finished(rule.planned(rule.finished(rule.planned(finished, (0,))), (0,)))
+    assert history(again) == history(rule.planned(again, (0,)))._replace(gave_up=True)
+    assert (again[:-1], history(again).gave_up) == ((True, False), True)
+    first = rule.not_started(rule.planned(rule.begin((True, False)), (0,)), 0)
+    assert first[:-1] == (True, False)
+    assert history(first).not_started == frozenset({(0, (False,))})
+    second = rule.not_started(rule.planned(first, (0,)), 0)
+    assert (second[:-1], history(second).gave_up) == ((True, False), True)
+
+
+def test_a_chance_of_exactly_the_least_is_still_chance(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(giving_up, "LEAST_CHANCE", Fraction(1, 8))
+    assert not is_beyond_chance(3, [(Fraction(1, 8), 1)])
+    assert is_beyond_chance(3, [(Fraction(1, 9), 1)])
+    assert not FinishedStreak(3, Fraction(1, 8)).is_useless
+    assert FinishedStreak(3, Fraction(1, 9)).is_useless
+
+
+def test_chances_are_fractions_also_of_nothing() -> None:
+    never = skill("never", replace(SEEN, probability=Fraction(1)))
+    found = [failure_probability(never), chance_of_failures(TWENTIETH, 0), chance_of_streak([])]
+    assert found == [0, 1, 1]
+    assert {type(one) for one in found} == {Fraction}
+    assert type(success_probability(never, lambda _: False)) is Fraction
+
+
+def test_verdicts_differ_by_skill_and_outcome() -> None:
+    gone, lost = (Outcome(one, {}, True, TWENTIETH, None, verdict="it is not there") for one in ("a", "b"))
+    state = after(RULE, RULE.begin((False,)), ("look", gone), ("look", lost), ("search", gone))
+    assert history(state).verdicts == {("look", "a"), ("look", "b"), ("search", "a")}
+    assert not RULE.has_ended(state)
+
+
+def test_of_two_branches_the_history_is_that_of_both() -> None:
+    before = RunHistory(failures=frozenset({((False,), "look", 1), ((True,), "look", 1)}))
+    one = before._replace(
+        failures=before.failures - {((False,), "look", 1)},
+        verdicts=frozenset({("look", "gone")}),
+        least_likely=Fraction(1, 3),
+        tries=2,
+        plan=(1,),
+    )
+    other = before._replace(verdicts=frozenset({("drop", "gone")}), least_likely=Fraction(1, 2), tries=1)
+    joint = RunHistory(
+        failures=frozenset({((True,), "look", 1)}),
+        verdicts=frozenset({("look", "gone"), ("drop", "gone")}),
+        plan=(1,),
+        least_likely=Fraction(1, 3),
+        tries=2,
+    )
+    assert one.with_branch(before, other) == joint
+    assert other.with_branch(before, one) == joint._replace(plan=())
+    for first, second in [(True, False), (False, True)]:
+        ended = one._replace(gave_up=first).with_branch(before, other._replace(gave_up=second))
+        assert ended.gave_up
+
+
 def test_of_two_branches_the_failures_of_both_count() -> None:
     before = after(RULE, RULE.begin((False,)), ("look", FAILED))
     one = after(RULE, before, ("look", SEEN), *[("search", FAILED)] * 2)
@@ -217,3 +289,29 @@ def test_of_two_branches_the_failures_of_both_count() -> None:
     assert not both.gave_up
     longer = after(RULE, other, ("look", FAILED))
     assert history(one).with_branch(history(before), history(longer)).gave_up
+
+
+@pytest.mark.parametrize(
+    ("count", "level", "likely"),
+    [
+        (0, "1/4", "1/4"),
+        (0, "3/4", "1/4"),
+        (0, "1/5", "0"),
+        (0, "4/5", "0"),
+        (1, "1", "3/4"),
+        (1, "1/2", "1"),
+    ],
+)
+def test_effects_are_measured_by_increments_and_closed_ranges(count: int, level: str, likely: str) -> None:
+    between = QuantityRange("fill_level", None, Fraction(1, 4), Fraction(3, 4))
+    filled = Outcome("filled", {}, False, Fraction(1, 4), None, ranges=(between,))
+    added = Outcome("added", {"count": Increment(Fraction(1))}, False, Fraction(3, 4), None)
+    beliefs = AgentBeliefs({"work": skill("work", filled, added)})
+    rule = RunRule(beliefs, ["count", "fill_level"], [0], ())
+    before = rule.begin((Fraction(0), Fraction(0)))
+    after = (Fraction(count), Fraction(level))
+    assert rule.after_step(before, "work", filled, after).least_likely == Fraction(likely)
+    # A quantity that the loop does not depend on is not measured.
+    alone = RunRule(beliefs, ["count"], [0], ())
+    found = alone.after_step(alone.begin((Fraction(0),)), "work", filled, after[:1]).least_likely
+    assert found == (1 if count else Fraction(1, 4))

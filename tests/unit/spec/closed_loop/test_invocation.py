@@ -8,8 +8,10 @@ from typing import Any
 
 import pytest
 
-from aeros.spec.closed_loop.invocation import Invocation, StateCondition
-from aeros.spec.model.ecm import Outcome
+from aeros.spec.closed_loop.definition_facts import OutcomeValues
+from aeros.spec.closed_loop.invocation import Invocation, StateCondition, UnsettledError
+from aeros.spec.model.ecm import Outcome, Skill
+from aeros.spec.model.hold_conditions import HOLD_LOST, STOPPED
 from tests.unit.agent.dumplings import FORCE, outcome, skill, term
 
 NAMES = ("area", "dumpling_cooked", "dumpling_wrapped", "wrapper_aligned")
@@ -128,3 +130,63 @@ def test_a_broken_hold_condition_ends_the_skill_as_a_failure_of_probability_zero
     # Nothing but the world sets it again, so it is taken to be as it was.
     alone = [row[:5] for row in after(Invocation(boil, {}, NAMES), state) if row[4] == "unheld"]
     assert alone == [("pot", False, True, False, "unheld"), ("pot", True, True, False, "unheld")]
+
+
+def test_values_that_no_outcome_states_are_found_for_the_skill_and_its_outcome() -> None:
+    """Also for the end of a lost hold-condition, and of a stop."""
+    boil = skill(
+        "boil", outcome("cooked", {"dumpling_cooked": True}), hold="dumpling_wrapped and not wrapper_aligned"
+    )
+    asked = []
+
+    def find(of: Skill, one: Outcome) -> OutcomeValues:
+        asked.append((of.id, one.id))
+        return OutcomeValues({"area": ("table", "pot")}, {}, (term("not (area == pot and wrapper_aligned)"),))
+
+    made = Invocation(boil, {}, NAMES, {"dumpling_wrapped"}, find)
+    assert {name for name, _ in asked} == {"boil"}
+    assert {one for _, one in asked} >= {"cooked", HOLD_LOST, STOPPED}
+    assert made.unsettled == ""
+    assert after(made, ("table", False, True, True))[:1] == [("table", True, True, True, "cooked", 1)]
+    # Where several values are left, nothing decides between them.
+    assert after(made, ("table", False, True, False))[:2] == [
+        ("table", True, True, False, "cooked", HALF),
+        ("pot", True, True, False, "cooked", HALF),
+    ]
+    assert made.unsettled == (
+        "`area` may be several after `boil → cooked`: state it as an effect of that outcome"
+    )
+    assert not made.is_settled
+    stopped = made.stopped(("table", False, True, False))
+    assert len(set(stopped)) == len(stopped)
+    assert {state[0] for state in stopped} == {"table", "pot"}
+    assert not any(state[0] == "pot" and state[3] for state in stopped)
+
+
+def test_values_that_nothing_decides_are_named_together() -> None:
+    done = replace(outcome("done", {}), consequences={"dumpling_cooked": None, "dumpling_wrapped": None})
+    made = Invocation(skill("boil", done), {}, NAMES)
+    assert len(after(made, ("pot", False, False, False))) == 4
+    assert made.unsettled == (
+        "`dumpling_cooked`, `dumpling_wrapped` may be either after `boil → done`: "
+        "state it as an effect of that outcome"
+    )
+    unknown = Invocation(skill("boil", done), {}, NAMES, has_unknown=True)
+    assert after(unknown, ("pot", False, False, False)) == [("pot", None, None, False, "done", 1)]
+
+
+def test_a_value_that_follows_is_computed_from_what_the_outcome_leaves() -> None:
+    boil = skill("boil", outcome("done", {"area": "pot"}))
+    values = OutcomeValues({}, {"dumpling_cooked": term("area == pot")}, ())
+    made = Invocation(boil, {}, NAMES, (), lambda *_: values)
+    assert after(made, ("table", False, False, False)) == [("pot", True, False, False, "done", 1)]
+
+
+def test_too_many_values_after_an_outcome_are_refused() -> None:
+    boil = skill("boil", outcome("done", {}))
+    values = OutcomeValues({"area": ("table", "pot") * 64, "dumpling_cooked": (False, True)}, {}, ())
+    made = Invocation(boil, {}, NAMES, (), lambda *_: values)
+    assert len(after(made, ("pot", False, False, False))) == 256
+    more = values._replace(opened={**values.opened, "dumpling_cooked": (False, True, None)})
+    with pytest.raises(UnsettledError, match=r"^`boil` leaves 2 variables of it at any value$"):
+        Invocation(boil, {}, NAMES, (), lambda *_: more)

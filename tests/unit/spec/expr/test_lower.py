@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from fractions import Fraction
 
 import pytest
@@ -25,6 +26,7 @@ F = t.Variable("f", FamilyType(SET, REAL), t.VariableRole.STATE)
 C = t.Variable("c", BOOL, t.VariableRole.STATE)
 E = t.BoundVariable("e", SET)
 CHOSEN = t.Select(F, E)
+CHOICE = t.Variable("x", REAL, t.VariableRole.STATE)
 IS_I = t.Compare("==", E, t.Literal("i", SET))
 MADE = t.Vector(CHOSEN, t.Literal(Fraction(2), REAL), CHOSEN)  # of the bound variable, in two places
 VARIABLES = {"p": P, "f": F, "c": C}
@@ -122,3 +124,31 @@ def test_a_sum_over_many_members_is_no_higher_than_its_bound() -> None:
         return 1 + max(map(height, t.children(term)), default=0)
 
     assert height(lower(total)) == 7 <= size_bounds(total)[1]
+
+
+def test_a_table_needs_a_value_for_each_member() -> None:
+    for values in ((Fraction(1),), (Fraction(1),) * 3):
+        table = t.ConstantTable("limit", FamilyType(SET, REAL), values)
+        with pytest.raises(ValueError, match="argument 2 is"):
+            lower(t.Select(table, t.Literal("i", SET)))
+
+
+def test_equal_alternatives_need_no_condition() -> None:
+    assert lower(t.Conditional(C, CHOICE, CHOICE)) == CHOICE
+    assert lower(t.Component(t.Conditional(C, P, P), 0)) == scalar_variables(P)[0]
+
+
+def test_each_shared_part_is_measured_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    visited: list[int] = []
+    children = t.children
+
+    def noted(term: t.Term) -> Iterator[t.Term]:
+        visited.append(id(term))
+        return children(term)
+
+    monkeypatch.setattr(t, "children", noted)
+    term: t.Term = CHOICE
+    for _ in range(12):
+        term = t.Add(term, term)
+    size_bounds(term)
+    assert len(visited) == len(set(visited)) == 13

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -116,3 +117,32 @@ def test_constants_are_the_numbers_alone() -> None:
     three = t.Literal(Fraction(3), RealType(LENGTH))
     term = t.And((t.Compare("<", X, t.Multiply(three, three)), t.TRUE))
     assert t.constants_in([term]) == {Fraction(3)}
+
+
+def test_variables_of_different_names_have_different_hashes() -> None:
+    assert len({hash(t.Variable(f"v{number}", BOOL, t.VariableRole.STATE)) for number in range(100)}) > 90
+
+
+def test_the_variables_of_a_term_are_looked_up_once_and_of_at_most_4096_terms(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    walked: list[t.Term] = []
+    walk = t._variables_of
+
+    def noted(term: t.Term) -> dict[str, t.Variable]:
+        walked.append(term)
+        return walk(term)
+
+    monkeypatch.setattr(t, "_FREE_VARIABLES_CACHE", {})
+    monkeypatch.setattr(t, "_variables_of", noted)
+    terms = [t.Variable(f"v{number}", BOOL, t.VariableRole.STATE) for number in range(4096)]
+    for _ in range(2):
+        for term in terms:
+            assert t.variables_of(t.Not(term)) == {term.name: term}
+    assert walked == terms
+    t.variables_of(t.And((terms[0], terms[1])))
+    assert len(t._FREE_VARIABLES_CACHE) == 1
+
+
+def test_the_source_of_a_value_is_written_as_one_word() -> None:
+    assert [role.value for role in t.VariableRole] == ["state", "parameter", "input"]

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import product
+from pathlib import Path
 
 import pytest
 
@@ -19,6 +20,7 @@ from aeros.spec.expr.units import (
     TIME,
     VOLTAGE,
     Dimension,
+    exact_decimal,
     format_number,
     format_quantity,
     match_unit,
@@ -89,11 +91,40 @@ def test_text_that_is_no_unit_gives_none(text: str) -> None:
     assert parse_unit(text) is None
 
 
-def test_every_listed_unit_parses_to_itself() -> None:
-    for name in unit_names():
+def test_every_unit_has_the_factor_and_the_dimension_of_the_table() -> None:
+    lines = (Path(__file__).parent / "data" / "units.txt").read_text("utf-8").splitlines()
+    rows = [line.split() for line in lines if not line.startswith("#")]
+    assert [name for name, *_ in rows] == list(unit_names())
+    for name, factor, *exponents in rows:
         unit = parse_unit(name)
         assert unit is not None
-        assert unit.text == name
+        assert (unit.text, unit.factor) == (name, Fraction(factor))
+        assert unit.dimension.exponents == tuple(map(int, exponents))
+        assert unit.offset == (Fraction(27315, 100) if name in ("°C", "degC") else 0)
+
+
+@pytest.mark.parametrize(
+    ("exponents", "name"),
+    [
+        ((0, 0, 0, 0, 0, 0, 0), "1"),
+        ((1, 1, -2, 0, 0, 0, 0), "N"),
+        ((2, 1, -2, 0, 0, 0, 0), "N*m"),
+        ((-1, 1, -2, 0, 0, 0, 0), "Pa"),
+        ((2, 1, -3, 0, 0, 0, 0), "N*m/s"),
+        ((2, 1, -3, 0, 0, -1, 0), "V"),
+        ((0, 0, 0, 0, 1, 1, 1), "K*A*jpos"),
+        ((-2, 0, -1, 0, 0, 0, 0), "1/m^2/s"),
+    ],
+)
+def test_a_dimension_has_the_name_that_robots_give_it(exponents: tuple[int, ...], name: str) -> None:
+    assert str(Dimension(exponents)) == name
+
+
+def test_a_quantity_has_at_most_200_characters() -> None:
+    assert parse_quantity(f"{'1' * 198} m") is not None
+    assert parse_quantity(f"{'1' * 199} m") is None
+    assert parse_quantity("1e999 m") is not None
+    assert parse_quantity("1e1000 m") is None
 
 
 def test_a_shown_dimension_parses_back() -> None:
@@ -166,7 +197,24 @@ def test_a_quantity_is_a_number_and_a_unit(text: str, value: Fraction, unit: str
 
 @pytest.mark.parametrize(
     "text",
-    ["", "mm", "1 parsec", "1 m m", "nan", "inf", "1e1000", "٣ m", "1_000", "0x10", "1/3", "9" * 5000, "1,5"],
+    [
+        "",
+        "mm",
+        "1 parsec",
+        "1 m m",
+        "nan",
+        "inf",
+        "1e1000",
+        "٣ m",
+        "1_000",
+        "0x10",
+        "1/3",
+        "9" * 5000,
+        "1,5",
+        "2\tm",
+        "2 Xm",
+        "2m\n",
+    ],
 )
 def test_text_that_is_no_quantity_gives_none(text: str) -> None:
     assert parse_quantity(text) is None
@@ -196,3 +244,31 @@ def test_a_quantity_is_shown_in_its_unit() -> None:
     assert unit is not None
     assert format_quantity(Fraction(1, 4), unit) == "250 mm"
     assert format_quantity(Fraction(1, 4), DIMENSIONLESS) == "0.25"
+
+
+def test_a_dimension_has_an_exponent_for_each_base() -> None:
+    short = Dimension((1, 0))
+    for one, other in ((short, LENGTH), (LENGTH, short)):
+        with pytest.raises(ValueError, match="argument 2 is"):
+            one * other
+    with pytest.raises(ValueError, match="argument 2 is"):
+        str(short)
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (Fraction(0), "0"),
+        (Fraction(10), "10"),
+        (Fraction(-10), "-10"),
+        (Fraction(1, 4), "0.25"),
+        (Fraction(-1, 4), "-0.25"),
+        (Fraction(1001, 10), "100.1"),
+        (Fraction(1, 10**12), "0.000000000001"),
+        (Fraction(1, 10**13), None),
+        (Fraction(1, 3), None),
+        (Fraction(10) ** 30, "1" + "0" * 30),
+    ],
+)
+def test_a_decimal_is_exact_or_none(value: Fraction, shown: str | None) -> None:
+    assert exact_decimal(value) == shown

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from importlib.metadata import version
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.closed_loop import reachability
+from aeros.spec.closed_loop.symbolic import certificate
 from aeros.spec.diagnostics.codes import Severity, SpanLabel
 from aeros.spec.model.ecm import Ecm, Outcome, PlanningRule, Skill, TaskInvariant
 from aeros.spec.model.perception import Definition
@@ -281,9 +283,30 @@ def test_states_too_many_to_list_are_analysed_as_sets_with_a_certificate(
     assert all(one.engine.startswith("dd ") for one in by_sets.values())
     pursued = replace(task("cook", ("cook",), COOKED, *rules), initial={})
     every = closed_loop_obligations(module("kitchen", (WRAP, BOIL), pursued), site())
-    certificate = [one for one in every if isinstance(one, Obligation)]
-    assert len(certificate) > 5
-    assert {one.verdict for one in discharge_obligations(certificate)} == {Verdict.PROVED}
+    certified = [one for one in every if isinstance(one, Obligation)]
+    assert len(certified) > 5
+    first = certified[0]
+    assert (first.code, str(first.id)) == ("AE803", "closed-loop/cook/certificate/0")
+    assert first.headline == (
+        "undecided, so refused: the solver contradicts the analysis of the rules of `cook`: the start"
+    )
+    assert first.help == ("please report this: it is a fault of AEROS, and not of the module",)
+    assert first.primary == SpanLabel(pursued.span)
+    assert {one.verdict for one in discharge_obligations(certified)} == {Verdict.PROVED}
+
+
+def test_a_certificate_that_is_too_large_is_left_out_and_the_claims_say_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rules = (rule(WRAPPED, "wrap"), rule(COOKED, "boil"))
+    monkeypatch.setattr(reachability, "MAX_STARTS", 0)
+    whole = claims((WRAP, BOIL), *rules, kept=f"{WRAPPED} or not {COOKED}")
+    (engine,) = {one.engine for one in whole.values()}
+    assert engine == f"dd {version('dd')}"
+    monkeypatch.setattr(certificate, "MAX_SIZE", 0)
+    found = claims((WRAP, BOIL), *rules, kept=f"{WRAPPED} or not {COOKED}")
+    assert found.keys() == whole.keys()
+    assert {one.engine for one in found.values()} == {f"{engine}, without a certificate, which is too large"}
 
 
 def test_a_task_that_starts_where_its_goal_is_reached_proves_nothing_of_its_rules() -> None:

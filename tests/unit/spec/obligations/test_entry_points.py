@@ -6,12 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.obligations.entry_points import entry_point_obligations
 from aeros.spec.obligations.skill_syntax.skill_source import read_skill_files
+from tests.reports_in_full import compare_with_file, shown
 
 CORPUS = Path(__file__).parents[3] / "corpus"
 
@@ -135,6 +136,12 @@ PERCEIVING = "measures_its_own_predicate"
 
 def perceiver_fault(code: bytes, *models: str) -> str | None:
     """The first line of what is said of a module whose `perceivers.py` is `code`, and takes these models."""
+    found = perceiver_diagnostic(code, *models)
+    return None if found is None else render_text(found).splitlines()[0]
+
+
+def perceiver_diagnostic(code: bytes, *models: str) -> Diagnostic | None:
+    """The report on such a module."""
     site = load_site(CORPUS / "site" / "table.yaml", Diagnostics())
     assert site is not None
     found = load_ecm(CORPUS / "accepted" / PERCEIVING, site, Diagnostics())
@@ -146,7 +153,7 @@ def perceiver_fault(code: bytes, *models: str) -> str | None:
     of_skill, of_perceiver = entry_point_obligations(ecm, files)
     assert of_skill.diagnostic is None
     assert str(of_perceiver.id) == "form/perceiver/watch/entry"
-    return None if of_perceiver.diagnostic is None else render_text(of_perceiver.diagnostic).splitlines()[0]
+    return of_perceiver.diagnostic
 
 
 def test_a_generator_of_one_argument_is_the_entry_point_of_a_perceiver() -> None:
@@ -171,3 +178,27 @@ def test_a_perceiver_with_models_takes_them_as_a_second_argument() -> None:
 )
 def test_any_other_function_is_no_entry_point_of_a_perceiver(code: bytes, message: str) -> None:
     assert message in (perceiver_fault(code) or "")
+
+
+_FUNCTIONS = (
+    "def tidi(observed, inputs):\n    yield\n",
+    "def tidy(observed, inputs):\n    return []\n",
+    "@cached\ndef tidy(observed, inputs):\n    yield\n",
+    "def tidy(observed):\n    yield\n",
+    "def tidy(observed, inputs:\n    yield\n",
+)
+
+
+def test_the_reports_on_entry_points_in_full(ecm: Ecm) -> None:
+    found: list[Diagnostic | None] = []
+    for models in ((), ("tent",)):
+        changed = replace(ecm, skills={name: replace(one, models=models) for name, one in ecm.skills.items()})
+        for code in (*_FUNCTIONS, None):
+            files = read_skill_files("", {} if code is None else {"skills.py": code.encode()})
+            (claim,) = entry_point_obligations(changed, files)
+            found.append(claim.diagnostic)
+        for code in _FUNCTIONS[1:4]:
+            as_perceiver = code.replace("tidy", "see").replace("(observed)", "()").replace(", inputs", "")
+            found.append(perceiver_diagnostic(as_perceiver.encode(), *models))
+    lines = [line for one in found for line in (["nothing"] if one is None else shown(one))]
+    compare_with_file(Path(__file__).with_name("data") / "entry_point_reports.txt", "\n".join(lines) + "\n")

@@ -11,7 +11,8 @@ from aeros.spec.obligations.verdicts import Conclusion, StaticClaim, Verdict
 
 @pytest.mark.parametrize("one", [*Verdict, *Conclusion])
 def test_a_verdict_has_no_truth_value(one: Verdict | Conclusion) -> None:
-    with pytest.raises(TypeError, match="has no truth value; compare it"):
+    noun = "verdict" if isinstance(one, Verdict) else "conclusion"
+    with pytest.raises(TypeError, match=f"^a {noun} has no truth value; compare it$"):
         bool(one)
 
 

@@ -311,7 +311,7 @@ def test_a_module_with_diagnostics_is_not_cached(
 @pytest.mark.parametrize("content", ["", "null", "{}", "[1", '{"presence": {}, "tally": [], "lock": ""}'])
 def test_a_proof_that_cannot_be_read_is_not_there(content: str, module: Path, store: AnswerStore) -> None:
     _brief(module, store)
-    store._connection.execute("UPDATE proofs SET head = ?", (content,))
+    store._database.execute("UPDATE proofs SET head = ?", (content,))
     assert _output_of(_brief(module, store)) == _output_of(verify([module], SITE))
 
 
@@ -320,7 +320,7 @@ def test_a_proof_whose_claims_are_not_those_that_were_kept_is_not_there(
     content: bytes, module: Path, store: AnswerStore
 ) -> None:
     _brief(module, store)
-    store._connection.execute("UPDATE proofs SET claims = ?", (content,))
+    store._database.execute("UPDATE proofs SET claims = ?", (content,))
     assert _output_of(_brief(module, store)) == _output_of(verify([module], SITE))
 
 
@@ -361,6 +361,6 @@ def test_a_cached_site_gives_the_same_report_without_queries(
 
     monkeypatch.setattr(examine, "examine_site", asked)
     assert _output_of(_brief(modules, store)) == cold
-    store._connection.execute("UPDATE proofs SET head = '[[1]]'")
+    store._database.execute("UPDATE proofs SET head = '[[1]]'")
     with pytest.raises(AssertionError, match="was examined"):
         _brief(modules, store)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Final
@@ -13,8 +14,9 @@ import pytest
 from aeros.kinematic_chain import PRISMATIC, frames_of, is_prismatic, mounting_of, zero_angle
 from aeros.sim.bullet.client import DATA, bullet
 from tools.fit_link_hulls import Points
-from tools.fit_robot import Joint, denavit_hartenberg, main, read_chain, ready_posture
+from tools.fit_robot import Joint, denavit_hartenberg, main, read_chain, ready_posture, reversed_joint
 from tools.urdf_shapes import find_mesh, link_vertices, read_mesh, read_urdf
+from tools.urdf_tree import mass_of_parts, read_tree, shapes_of
 
 XARM = Path(DATA) / "xarm" / "xarm6_robot.urdf"
 IIWA = Path(DATA) / "kuka_iiwa" / "model.urdf"
@@ -130,7 +132,8 @@ def test_a_short_way_of_a_prismatic_joint_has_room_for_a_ready_posture() -> None
     rows, _ = denavit_hartenberg(joints)
     lowest, highest = (np.array([getattr(one, end) for one in joints]) for end in ("lowest", "highest"))
     lift = ((0.0, 0.0, 0.0, 0.0, PRISMATIC), *rows)
-    ready = ready_posture(lift, 0.045, 0.0, np.array([0.0, *lowest]), np.array([0.08, *highest]))
+    ends = (np.array([0.0, *lowest]), np.array([0.08, *highest]))
+    ready, _ = ready_posture(lift, 0.045, 0.0, ends, lambda _: None)
     assert ready is not None
     assert 0.02 <= ready[0] <= 0.06
 
@@ -152,7 +155,7 @@ def test_in_the_ready_posture_the_tool_points_down() -> None:
     _, joints = read_chain(read_urdf(XARM))
     rows, _ = denavit_hartenberg(joints)
     lowest, highest = (np.array([getattr(one, end) for one in joints]) for end in ("lowest", "highest"))
-    ready = ready_posture(rows, 0.045, 0.0, lowest, highest)
+    ready, _ = ready_posture(rows, 0.045, 0.0, (lowest, highest), lambda _: None)
     assert ready is not None
     assert ((lowest < ready) & (ready < highest)).all()
     frame = frames_of([mounting_of(row) for row in rows], ready.tolist())[-1]
@@ -216,6 +219,112 @@ def test_a_chain_that_cannot_be_read_is_refused(
         main()
 
 
+_FIXED: Final = """\
+<robot name="fixed"><link name="world"/>
+<link name="plate"><collision><geometry><box size="0.6 0.6 0.02"/></geometry></collision></link>
+<link name="base"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
+<link name="arm">{mass}<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
+<link name="frame"/><link name="camera"><inertial><origin xyz="0 0 0.1"/><mass value="3"/>
+  <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+  <collision><geometry><box size="0.02 0.02 0.02"/></geometry></collision></link>
+<link name="wrist">{mass}</link>
+<joint name="on" type="fixed"><parent link="world"/><child link="plate"/><origin xyz="0 0 0.5"/></joint>
+<joint name="up" type="fixed"><parent link="plate"/><child link="base"/><origin xyz="0 0 0.1"/></joint>
+<joint name="j1" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint>
+<joint name="at" type="fixed"><parent link="arm"/><child link="frame"/><origin xyz="0.4 0 0"/></joint>
+<joint name="eye" type="fixed"><parent link="frame"/><child link="camera"/><origin xyz="0 0 0.3"/></joint>
+<joint name="j2" type="{kind}"><parent link="{parent}"/><child link="wrist"/><axis xyz="0 0 1"/>{more}</joint>
+</robot>
+"""
+
+
+def _fixed(kind: str = "revolute", parent: str = "frame", more: str = "") -> ElementTree.Element:
+    """A URDF with links that fixed joints hold: below the base, on the arm, and between its joints."""
+    text = _FIXED.format(mass=_MASS, kind=kind, parent=parent, more=more)
+    return ElementTree.fromstring(text)  # noqa: S314  text of this test
+
+
+def test_fixed_joints_make_one_link_of_several(tmp_path: Path) -> None:
+    root = _fixed()
+    foot, (first, second) = read_chain(root)
+    tree = read_tree(root)
+    assert [name for name, _ in foot] == ["base", "world", "plate"]
+    assert [name for name, _ in first.part] == ["arm", "frame", "camera"]
+    assert second.place[:3, 3] == pytest.approx((0.4, 0.0, 0.0))
+    stand = np.concatenate(shapes_of(foot, tree, tmp_path))
+    assert stand.min(axis=0) == pytest.approx((-0.3, -0.3, -0.11))
+    assert np.concatenate(shapes_of(first.part, tree, tmp_path)).max(axis=0) == pytest.approx(
+        (0.41, 0.05, 0.31)
+    )
+    mass = mass_of_parts(first.part, tree, "arm")
+    assert (mass.mass, mass.centre) == (4.0, pytest.approx([0.3, 0.0, 0.3]))
+    # Of 1 kg and 3 kg, 0.4 m apart along x and along z: 0.12 kg m^2 about y for each, and as much as product.
+    assert mass.inertia == pytest.approx([2.12, 2.24, 2.12, 0.0, -0.12, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("kind", "parent", "more", "message"),
+    [
+        ("floating", "frame", "", r"`frame` has the joints `j2` \(floating\)"),
+        ("revolute", "plate", "", r"not one chain .* the joints `j1` \(revolute\), `j2` \(revolute\)"),
+        ("revolute", "frame", '<mimic joint="j1"/>', "the joint `j2` mimics another one"),
+    ],
+)
+def test_joints_that_no_chain_has_are_refused(kind: str, parent: str, more: str, message: str) -> None:
+    with pytest.raises(SystemExit, match=message):
+        read_chain(_fixed(kind, parent, more))
+
+
+@pytest.mark.parametrize(
+    ("numbers", "message"),
+    [
+        (["nan", "0"], "FLANGE is nan"),
+        (["0", "0"], "FLANGE is 0"),
+        (["45", "0"], "FLANGE is 45; give the distance in m"),
+        (["0.1", "inf"], "TURN is inf"),
+        (["0.1", "180"], "TURN is 180; give an angle in rad"),
+        (["0.1", "0", "-0.1"], "ADAPTER is -0.1"),
+        (["0.1", "0", "0.2"], "ADAPTER is 0.2; .* no more than that of FLANGE"),
+        (["0.1", "0", "nan"], "ADAPTER is nan"),
+    ],
+)
+def test_odd_numbers_are_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], numbers: list[str], message: str
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["fit_robot", "arm.urdf", "arm", "--", *numbers])
+    with pytest.raises(SystemExit):
+        main()
+    assert re.search(message, capsys.readouterr().err)
+
+
+def test_a_posture_in_which_links_meet_is_not_the_ready_one() -> None:
+    _, joints = read_chain(read_urdf(XARM))
+    rows, _ = denavit_hartenberg(joints)
+    ends = (np.array([one.lowest for one in joints]), np.array([one.highest for one in joints]))
+    first, _ = ready_posture(rows, 0.045, 0.0, ends, lambda _: None)
+    assert first is not None
+    near = first.copy()
+    second, met = ready_posture(
+        rows, 0.045, 0.0, ends, lambda q: ("hand", "link3") if np.allclose(q, near) else None
+    )
+    assert second is not None
+    assert not np.allclose(second, near)
+    assert met["hand", "link3"] >= 1
+
+
+def test_an_axis_that_points_into_the_arm_is_reversed() -> None:
+    _, joints = read_chain(read_urdf(XARM))
+    turned = reversed_joint(joints[-1])
+    plain, other = (denavit_hartenberg([*joints[:-1], last])[0] for last in (joints[-1], turned))
+    q = np.linspace(-0.9, 1.1, len(joints))
+    frame = frames_of([mounting_of(row) for row in plain], q.tolist())[-1]
+    against = frames_of([mounting_of(row) for row in other], [*q[:-1].tolist(), -float(q[-1])])[-1]
+    assert against.z == pytest.approx([-one for one in frame.z], abs=1e-9)
+    assert against.origin == pytest.approx(frame.origin, abs=1e-9)
+    assert abs(float(np.dot(against.x, frame.x))) == pytest.approx(1.0)
+    assert (turned.lowest, turned.highest) == (-joints[-1].highest, -joints[-1].lowest)
+
+
 @pytest.mark.parametrize(
     ("name", "content"),
     [
@@ -244,7 +353,8 @@ def test_a_shape_without_its_numbers_is_refused(tmp_path: Path, shape: str) -> N
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ('<robot><link name="a"/><link name="b"/></robot>', "not one chain of revolute and prismatic joints"),
+        ('<robot><link name="a"/><link name="b"/></robot>', "not one chain .* begins at `a`, `b`"),
+        ('<robot><link name="a"/></robot>', "not one chain .* no joint of it moves"),
         (
             '<robot><joint name="j" type="revolute"><parent link="a"/><child link="b"/>'
             '<axis xyz="0 0 0"/></joint></robot>',

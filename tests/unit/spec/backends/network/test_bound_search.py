@@ -1,8 +1,20 @@
 from __future__ import annotations
 
+import math
+
 import pytest
 
-from aeros.spec.backends.network.bound_search import decide_bound, nearest, violates
+from aeros.spec.backends.network.bound_search import (
+    _corners,
+    _halves,
+    _importance,
+    _inside,
+    _middle,
+    decide_bound,
+    nearest,
+    violates,
+)
+from aeros.spec.backends.network.steps import Linear, Network
 from tests.unit.spec.backends.network.networks import TENT, network_of, random_layers
 
 BOX = {"x": ([0.0], [2.0])}
@@ -44,3 +56,57 @@ def test_an_output_that_is_clipped_is_proved_at_once() -> None:
 def test_numbers_are_rounded_to_the_format(number: float, single: float) -> None:
     assert nearest(number, is_double=False) == single
     assert nearest(number, is_double=True) == number
+
+
+def test_bounds_of_another_length_are_refused_and_not_cut_off() -> None:
+    network = network_of(TENT)
+    for ends in (((-9.0, 9.0),) * 2, ()):
+        with pytest.raises(ValueError, match="argument 3 is"):
+            violates(network, {"x": (1.0,)}, {"y": ends})
+        with pytest.raises(ValueError, match="argument 3 is"):
+            _inside({"y": ([0.0], [1.0])}, {"y": ends})
+    for box in ({"x": ([0.0], [1.0, 2.0])}, {"x": ([0.0, 0.0], [1.0])}):
+        for read in (lambda box: _middle(box, is_double=True), lambda box: list(_corners(box))):
+            with pytest.raises(ValueError, match="argument 2 is"):
+                read(box)
+        with pytest.raises(ValueError, match="argument 2 is"):
+            _halves(box, {"x": (1.0, 1.0)})
+    uneven = Network(
+        {"x": 2}, {"y": "y"}, (Linear("y", "x", ((1.0, 2.0), (1.0,)), (0.0, 0.0)),), is_double=True
+    )
+    with pytest.raises(ValueError, match="argument 2 is shorter"):
+        _importance(uneven)
+
+
+def test_the_corners_of_a_box_are_all_of_the_first_sides() -> None:
+    box = {"x": ([0.0, 1.0], [2.0, 3.0]), "z": ([4.0], [5.0])}
+    found = [(one["x"], one["z"]) for one in _corners(box)]
+    assert found == [((x, y), (z,)) for x in (0.0, 2.0) for y in (1.0, 3.0) for z in (4.0, 5.0)]
+    wide = {"x": ([0.0] * 40, [1.0] * 40)}
+    many = [one["x"] for one in _corners(wide)]
+    free = int(math.log2(len(many)))
+    assert len(set(many)) == len(many) == 2**free
+    assert {one[free:] for one in many} == {(0.0,) * (40 - free)}
+
+
+def test_a_box_is_halved_at_its_most_important_side() -> None:
+    box = {"x": ([0.0, 0.0], [4.0, 3.0]), "z": ([0.0], [5.0])}
+    assert _halves(box, {"x": (1.0, 2.0), "z": (1.0,)}) == (
+        {"x": ([0.0, 0.0], [4.0, 1.5]), "z": ([0.0], [5.0])},
+        {"x": ([0.0, 1.5], [4.0, 3.0]), "z": ([0.0], [5.0])},
+    )
+    assert _halves({"x": ([1.0], [1.0])}, {"x": (1.0,)}) is None
+    assert _halves({"x": ([1.0], [1.0 + 2.0**-52])}, {"x": (1.0,)}) is None
+    assert _middle(box, is_double=True) == {"x": (2.0, 1.5), "z": (2.5,)}
+    third = {"x": ([0.1], [0.1])}
+    assert _middle(third, is_double=False) == {"x": (0.1,)}
+
+
+def test_a_side_is_as_important_as_what_the_first_layer_makes_of_it() -> None:
+    steps = (
+        Linear("a", "x", ((1.0, -2.0), (0.5, 0.0)), (0.0, 0.0)),
+        Linear("b", "x", ((1.0, 1.0),), (0.0,)),
+        Linear("y", "a", ((9.0, 9.0),), (0.0,)),
+    )
+    network = Network({"x": 2, "z": 1}, {"y": "y"}, steps, is_double=True)
+    assert _importance(network) == {"x": (2.5, 3.0), "z": (1.0,)}

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -127,3 +128,32 @@ def test_rounding_errors_grow_with_the_numbers() -> None:
     )
     assert 0.0 < small < 1e-3
     assert 100 * small < large
+
+
+def test_vectors_of_other_lengths_are_refused_and_not_cut_off() -> None:
+    two = Linear("y", "x", ((1.0,), (2.0,)), (1.0,))
+    one, pair = ([0.0], [1.0]), ([0.0, 0.0], [1.0, 1.0])
+    network = Network({"x": 1}, {"y": "y"}, (two,), is_double=True)
+    for box in (one, ([0.0], [1.0, 2.0]), ([0.0, 0.0], [1.0])):
+        with pytest.raises(ValueError, match=r"argument [23] is"):
+            bound_vectors(network, {"x": box})
+    with pytest.raises(ValueError, match="argument 2 is shorter"):
+        rounding_errors(network, {"x": one, "y": pair})
+    scaled = replace(network, steps=(Scale("y", "x", (1.0,), (1.0,)),))
+    with pytest.raises(ValueError, match="argument 2 is longer"):
+        rounding_errors(scaled, {"x": one, "y": pair})
+    for factors, offsets in (((1.0, 1.0), (1.0,)), ((1.0,), (1.0, 1.0))):
+        with pytest.raises(ValueError, match="argument 2 is"):
+            rounding_errors(
+                replace(network, steps=(Scale("y", "x", factors, offsets),)), {"x": pair, "y": pair}
+            )
+
+
+@pytest.mark.parametrize(
+    ("value", "size"), [(-1e4, 0.0), (-700.5, 0.0), (0.0, 0.5), (2.0, 0.8807970779778823)]
+)
+def test_a_sigmoid_is_between_0_and_1(value: float, size: float) -> None:
+    network = Network({"x": 1}, {"y": "y"}, (Smooth("y", "x", "sigmoid"),), is_double=True)
+    (low,), (high,) = propagate(network, {"x": ([value], [value])})["y"]
+    assert low < size < high
+    assert high - low < 1e-4

@@ -202,3 +202,23 @@ def test_the_version_is_that_of_the_package(monkeypatch: pytest.MonkeyPatch) -> 
     assert marabou_version() == "maraboupy of maraboupy maraboupy"
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
     assert marabou_version() is None
+
+
+def test_layers_of_another_length_are_refused_and_not_cut_off() -> None:
+    one, pair = ([0.0], [1.0]), ([0.0, 0.0], [1.0, 1.0])
+    steps = (
+        Linear("y", "x", ((1.0,), (1.0,)), (1.0,)),
+        Linear("y", "x", ((1.0,),), (1.0, 1.0)),
+        Scale("y", "x", (1.0, 1.0), (1.0,)),
+        Scale("y", "x", (1.0,), (1.0, 1.0)),
+    )
+    for step in steps:
+        network = Network({"x": 1}, {"y": "y"}, (step,), is_double=True)
+        with pytest.raises(ValueError, match="argument 2 is"):
+            marabou._query(MARABOU, network, {"x": one, "y": pair})
+    network = Network({"x": 1}, {"y": "y"}, (Clip("y", "x", 0.0, inf),), is_double=True)
+    for box in (([0.0], [1.0, 2.0]), ([0.0, 0.0], [1.0])):
+        with pytest.raises(ValueError, match="argument 2 is"):
+            marabou._query(MARABOU, network, {"x": box, "y": one})
+        with pytest.raises(ValueError, match="argument 2 is"):
+            marabou._witness(network, {"x": box}, {0: 0.5, 1: 0.5}, {"x": 0})

@@ -6,10 +6,16 @@ from dataclasses import replace
 
 import pytest
 
+from aeros.spec.closed_loop.findings import LoopFindings, LoopPath
+from aeros.spec.closed_loop.reachability import explore_system
 from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
 from aeros.spec.closed_loop.transition_system import Transition, TransitionSystem
 from aeros.spec.diagnostics.errors import InternalError
-from tests.unit.agent.dumplings import outcome, rule, site, skill
+from aeros.spec.expr import terms as t
+from aeros.spec.model.composition import Composition, Step
+from aeros.spec.model.ecm import TaskInvariant
+from aeros.spec.model.step_graph import Seq
+from tests.unit.agent.dumplings import SPAN, module, outcome, rule, site, skill, task, term
 from tests.unit.spec.closed_loop.symbolic.loops_by_hand import BOIL, COOKED, COOKING, WRAP, WRAPPED, loop
 
 
@@ -59,5 +65,40 @@ def test_a_choice_is_one_between_skills_that_can_start() -> None:
 def test_a_path_that_no_run_takes_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     made = loop(kept=f"not {COOKED}", initial={COOKED: False, WRAPPED: False})
     monkeypatch.setattr(type(made.system), "transitions", lambda _, node: [Transition(node)])
-    with pytest.raises(InternalError, match="no run of the loop"):
+    with pytest.raises(InternalError, match=r"^no run of the loop takes the path that the diagrams have$"):
         made.violation(made.system.task.invariants[0])
+
+
+def test_a_step_that_can_start_where_the_sets_have_it_blocked_is_an_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = loop(COOKING, initial={COOKED: False})
+    monkeypatch.setattr(type(made.system), "blocked_step", lambda *_: None)
+    with pytest.raises(InternalError, match=r"^a step starts where the diagrams have it blocked$"):
+        made.blocked_step()
+
+
+def test_a_violation_inside_a_composition_has_its_name() -> None:
+    aligned = "wrapper_aligned"
+    skills = (
+        skill("align", outcome("aligned", {aligned: True})),
+        skill("tilt", outcome("tilted", {aligned: False})),
+        skill("bake", outcome("cooked", {COOKED: True})),
+    )
+    kept = TaskInvariant("kept", term(f"not {aligned}"), "", SPAN)
+    pursued = replace(
+        task("cook", ("cook",), COOKED, rule(COOKED, "cooking")),
+        initial={COOKED: False, aligned: False},
+        invariants=(kept,),
+    )
+    body = Seq(tuple(Step(one.id, one.id, {}, {}, 0, None, None, SPAN) for one in skills))
+    ecm = replace(
+        module("kitchen", skills, pursued),
+        compositions={"both": Composition("both", t.TRUE, None, body, {}, SPAN)},
+        capabilities={"cooking": ("both",)},
+    )
+    system = TransitionSystem(ecm, pursued, site())
+    engines: tuple[LoopFindings, ...] = (SymbolicLoop(system), explore_system(system))
+    for engine in engines:
+        assert engine.dead_end() is None
+        assert engine.violation(kept) == LoopPath((False, False), (), (False, True), "both")

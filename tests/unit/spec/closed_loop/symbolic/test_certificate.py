@@ -3,18 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
 
 import pytest
 
 from aeros.spec.closed_loop.symbolic import certificate
 from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
 from aeros.spec.closed_loop.symbolic.certificate import CertificateTooLargeError
-from aeros.spec.closed_loop.symbolic.program import PLAN, Place
+from aeros.spec.closed_loop.symbolic.program import PLAN, REACHED, Place
+from aeros.spec.closed_loop.symbolic.state_sets import StateSet, StateSets
+from aeros.spec.expr.effects import QuantityRange
+from aeros.spec.model.ecm import Outcome
+from aeros.spec.model.step_graph import Seq
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import discharge_obligations
 from tests.differential.planning.number_loops import term
+from tests.unit.agent.dumplings import outcome, rule, skill
 from tests.unit.spec.closed_loop.symbolic.certificates import certificate_of
-from tests.unit.spec.closed_loop.symbolic.loops_by_hand import COOKED, WRAPPED, counting, loop
+from tests.unit.spec.closed_loop.symbolic.loops_by_hand import (
+    BOIL,
+    COOKED,
+    COOKING,
+    WRAP,
+    WRAPPED,
+    counting,
+    loop,
+)
+from tests.unit.spec.closed_loop.symbolic.test_composition_places import composed, one
 
 KEPT = f"{WRAPPED} or not {COOKED}"
 CLEAN = {COOKED: False, WRAPPED: False}
@@ -79,6 +95,75 @@ def test_a_false_set_is_refuted(spoil: Callable[[SymbolicLoop], None]) -> None:
     assert Verdict.REFUTED in verdicts(made)
 
 
+ALIGN = skill("align", outcome("aligned", {"wrapper_aligned": True}))
+FULL = QuantityRange("fill_level", None, Fraction(3, 4), Fraction(1))
+POUR = skill(
+    "pour",
+    replace(outcome("poured", {}), ranges=(FULL,)),
+    Outcome("spilt", {"fill_level": Fraction(1, 4)}, True, None, None),
+)
+SOUND: dict[str, Callable[[], SymbolicLoop]] = {
+    "kept": lambda: loop(kept=KEPT, initial=CLEAN),
+    "counting": counting,
+    "handled": lambda: loop(
+        rule(WRAPPED, "wrap", 1, "align", "align"), COOKING, skills=(WRAP, BOIL, ALIGN), initial=CLEAN
+    ),
+    "composed": lambda: composed(Seq((one("wrap", 1), one("boil")))),
+    "poured": lambda: loop(
+        rule("fill_level > 0.5", "pour", 1), skills=(POUR,), goal="fill_level > 0.5", kept="fill_level >= 0"
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_no_state_can_be_left_out_of_a_set_nor_be_nearer_to_the_goal(name: str) -> None:
+    """The sets are least, so each claim is false of sets that differ from them by one state."""
+    whole = SOUND[name]()
+    rounds, reachable, none = whole.fixpoints.hopeful, whole.fixpoints.reachable, whole.fixpoints.sets.none
+    assert verdicts(whole) == {Verdict.PROVED}
+    for place in (place for place, states in reachable.items() if states != none):
+        spoilt = SOUND[name]()
+        sets, states = spoilt.fixpoints.sets, spoilt.fixpoints.reachable
+        assert spoilt.fixpoints.hopeful
+        states[place] &= ~state_of(sets, states[place])
+        assert Verdict.REFUTED in verdicts(spoilt), place
+        for number in range(len(rounds) if place != REACHED else 0):
+            spoilt = SOUND[name]()
+            sets, nearer = spoilt.fixpoints.sets, spoilt.fixpoints.hopeful[number]
+            further = spoilt.fixpoints.reachable[place] & ~nearer[place]
+            if further != sets.none:
+                nearer[place] |= state_of(sets, further)
+                assert Verdict.REFUTED in verdicts(spoilt), (place, number)
+
+
+def state_of(sets: StateSets, states: StateSet) -> StateSet:
+    """A state of a set, as a set of its own."""
+    return sets.intersection(sets.equals(*one) for one in sets.pick(states & sets.valid).items())
+
+
+def test_claims_are_named_by_what_they_are_about() -> None:
+    made = SOUND["handled"]()
+    assert [one.subject for one in made.certificate()] == [
+        "the start",
+        "`reached`",
+        "try 0 of rule 2",
+        "try 0 of rule 1",
+        "recovery 0 of rule 0",
+        "place 2 inside a step",
+        "try 1 of rule 0",
+        "recovery 1 of rule 0",
+        "try 0 of rule 0",
+        "`plan`",
+        "0 plans from try 0 of rule 2",
+        "0 plans from try 0 of rule 1",
+        "0 plans from try 1 of rule 0",
+        "0 plans from recovery 1 of rule 0",
+        "0 plans from try 0 of rule 0",
+        "0 plans from `plan`",
+        "every plan",
+    ]
+
+
 def test_a_count_that_needs_one_plan_more_is_refuted() -> None:
     made = counting()
     rounds = made.fixpoints.hopeful
@@ -86,7 +171,10 @@ def test_a_count_that_needs_one_plan_more_is_refuted() -> None:
     assert Verdict.REFUTED in verdicts(made)
 
 
-def test_a_certificate_has_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(certificate, "MAX_SIZE", 10)
+@pytest.mark.parametrize("most", [10, 117])
+def test_a_certificate_has_a_limit(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(certificate, "MAX_SIZE", most)
     with pytest.raises(CertificateTooLargeError):
         certificate_of(counting())
+    monkeypatch.setattr(certificate, "MAX_SIZE", 118)  # clauses of all its claims
+    assert len(certificate_of(counting())) == 18

@@ -36,5 +36,16 @@ def test_rings_lead_from_a_start_to_the_states() -> None:
 @pytest.mark.parametrize(("limit", "value"), [("MAX_IMAGES", 5), ("MAX_NODES", 10)])
 def test_the_work_has_a_limit(limit: str, value: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fixpoints, limit, value)
-    with pytest.raises(StateSpaceError, match="too many states, also as decision diagrams"):
+    with pytest.raises(StateSpaceError, match=r"^it has too many states, also as decision diagrams$"):
         _ = counting().fixpoints.hopeful
+
+
+@pytest.mark.parametrize(
+    ("fact", "agreeing"), [(f"not {COOKED}", f"not {COOKED}"), ("false", "true"), ("true", "true")]
+)
+def test_starts_agree_with_definitions_unless_none_does(fact: str, agreeing: str) -> None:
+    given = loop().fixpoints
+    found = fixpoints.Fixpoints(given.program, given.starts, given.sets, (term(fact),))
+    assert found.start == given.start & given.sets.where(term(agreeing))
+    assert found.start_facts == (() if fact == "false" else (term(fact),))
+    assert found.reachable[PLAN] & ~given.reachable[PLAN] == given.sets.none

@@ -16,8 +16,8 @@ from aeros.spec.closed_loop.symbolic.skill_branches import symbolic_skill
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.expr.semantics import evaluate, is_true
 from tests.differential.planning.number_loops import number_loop
-from tests.unit.agent.dumplings import FORCE, outcome, skill
-from tests.unit.spec.closed_loop.symbolic.loops_by_hand import WRAPPED, loop
+from tests.unit.agent.dumplings import FORCE, outcome, rule, skill
+from tests.unit.spec.closed_loop.symbolic.loops_by_hand import BOIL, WRAPPED, loop
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -27,8 +27,31 @@ def test_branches_lead_where_the_invocation_does(seed: int) -> None:
         system = TransitionSystem(ecm, task, site)
     except StateSpaceError as error:
         pytest.skip(str(error))
+    assert_same_ends(system)
+
+
+def test_branches_of_a_lost_hold_condition_are_unlikely_failures() -> None:
+    held = skill("wrap", outcome("wrapped", {WRAPPED: True}), hold="wrapper_aligned")
+    align = skill("align", outcome("aligned", {"wrapper_aligned": True}))
+    made = loop(rule(WRAPPED, "wrap", 1, "align"), skills=(held, align, BOIL), goal=WRAPPED)
+    assert_same_ends(made.system)
+    found = symbolic_skill(held, {}, made.system.variables, made.system.names).branches
+    assert [one.is_likely for one in found] == [True] + [False] * (len(found) - 1)
+    assert len(found) > 1
+    assert made.program.moves
+    unlikely = [
+        branch
+        for place in made.program.moves
+        for _, branch in made.program.branches(place)
+        if not branch.is_likely and place.kind == "try"
+    ]
+    assert unlikely
+
+
+def assert_same_ends(system: TransitionSystem) -> None:
+    """Each skill of a loop leads to the same states as a branch and as an invocation."""
     variables = system.variables
-    for one in skills_of(system.ecm, task):
+    for one in skills_of(system.ecm, system.task):
         made = symbolic_skill(one, {}, variables, system.names)
         listed = Invocation(one, {}, system.names, system.names, variables.after)
         for state in list(product(*variables.values.values()))[:200]:

@@ -11,6 +11,7 @@ import pytest
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.symbolic import state_sets
 from aeros.spec.closed_loop.symbolic.state_sets import StateSets
+from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
 from tests.differential.planning.number_loops import STATE, term
 
@@ -64,7 +65,29 @@ def test_the_picked_state_has_first_values_where_it_may() -> None:
     assert picked == {**STATES[0], "count": Fraction(2)}
 
 
+def test_limits_are_the_largest_numbers_that_are_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(state_sets, "MAX_COMBINATIONS", 5)
+    made = sets()
+    assert made.where(term("count == 2")) != made.none
+    with pytest.raises(
+        StateSpaceError, match=r"^a condition compares too many values of `count` and `fill_level`$"
+    ):
+        made.where(t.Compare("<", VARIABLES["count"], VARIABLES["fill_level"]))
+    monkeypatch.setattr(state_sets, "MAX_ORDERED", 3)
+    assert sets().ordered == {"fill_level", "fill_level afterwards"}
+
+
+@pytest.mark.parametrize(("most", "number"), [(2, 2), (1, None)])
+def test_so_many_clauses_are_listed(most: int, number: int | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(state_sets, "MAX_CLAUSES", most)
+    made = sets()
+    differing = made.where(term("dumpling_cooked and area == pot or not dumpling_cooked and area == table"))
+    for _ in range(2):  # the second time from what is kept
+        found = made.clauses(differing & made.valid)
+        assert (None if found is None else len(found)) == number
+
+
 def test_too_many_values_are_not_compared(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(state_sets, "MAX_COMBINATIONS", 4)
-    with pytest.raises(StateSpaceError, match="compares too many values of `count`"):
+    with pytest.raises(StateSpaceError, match=r"^a condition compares too many values of `count`$"):
         sets().where(term("count == 2"))

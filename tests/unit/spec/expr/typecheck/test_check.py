@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import re
+import sys
 import time
 from collections.abc import Callable
 from fractions import Fraction
@@ -12,14 +13,16 @@ from aeros.spec.backends.solver_results import SatResult, ScalarValue
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables, size_bounds
 from aeros.spec.expr.parser import parse
+from aeros.spec.expr.random_terms import MODE
 from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.semantics import Value, evaluate, is_true
 from aeros.spec.expr.syntax import TextRange
-from aeros.spec.expr.typecheck.check import MAX_HEIGHT, check_condition
+from aeros.spec.expr.typecheck.check import MAX_HEIGHT, check, check_condition, infer
 from aeros.spec.expr.typecheck.traversal import TypeChecker
 from aeros.spec.expr.types import BOOL, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
-from tests.unit.spec.expr.scope import SCOPE, SPEED, term_of
+from tests.unit.spec.expr.scope import GRIP, SCOPE, SPEED, term_of
+from tests.unit.spec.expr.typecheck.type_rules import type_of
 
 ENV: dict[str, Value] = {
     "kettle.hot": True,
@@ -86,6 +89,17 @@ TRUE = [
     "any(joint[j] > 2 m for j in Joint) and not any(joint[j] > 3 m for j in Joint)",
     "any(all(joint[i] >= joint[j] for j in Joint) for i in Joint)",
     "any(j == arm and j2 == j for j in Joint)",
+    "any(stop == g for g in Grip)",
+    "sum(k * joint[j] for j in Joint) == 12 m and count(joint[j] > 1 m for j in Joint) == 2",
+    "sum(joint[j] * joint[j] for j in Joint) == 14 m^2",
+    "all(vec(0 m, joint[j], 0 m) in cell or joint[j] > 1 m for j in Joint)",
+    "not cell.lower == cell.upper and cell.upper.x == 1 m",
+    "any(vec(x, joint[j], x) == vec(x, 3 m, x) for j in Joint)",
+    "all(limit[j] <= joint[if ready[j] then j else arm] for j in Joint)",
+    "sum(abs(joint[j] - 2 m) for j in Joint) == 2 m",
+    "sum(max(joint[j], 2 m) + min(2 m, joint[j]) - clamp(joint[j], 1 m, 3 m) for j in Joint) == 6 m",
+    "sum(if joint[j] < 2 m then 5 m else joint[j] for j in Joint) == 10 m",
+    "3 m == norm(p - vec(1 m, 2 m, 1 m)) and k != k - 1",
     "(if b then p else q) == q and (if a then mode else stop) == idle",
     "b implies a implies b",
     "a == true and b != true",
@@ -116,7 +130,9 @@ def _decided_by_all(term: t.Term) -> set[bool]:
 
 @pytest.mark.parametrize("text", TRUE)
 def test_a_condition_means_what_an_engineer_reads(text: str) -> None:
-    assert _decided_by_all(term_of(text)) == {True}
+    term = term_of(text)
+    assert type_of(term) == type_of(lower(term)) == BOOL
+    assert _decided_by_all(term) == {True}
 
 
 FAULTS = [
@@ -403,3 +419,26 @@ def test_a_condition_has_parts_that_are_explained_one_by_one(
     assert [[lower(one) for one, _ in some] for some in parts[1:]] == [
         [lower(term_of(written)) for written in some] for some in (premises, alternatives)
     ]
+
+
+def test_the_expected_type_chooses_the_enum_of_a_bare_member() -> None:
+    for enum in (GRIP, MODE):
+        assert check(parse("stop"), SCOPE, enum) == t.Literal("stop", enum)
+        assert infer(parse("stop"), SCOPE, enum) == (t.Literal("stop", enum), enum)
+        assert check(parse("if a then stop else stop"), SCOPE, enum) == t.Conditional(
+            SCOPE.variables["a"], t.Literal("stop", enum), t.Literal("stop", enum)
+        )
+
+
+@pytest.mark.parametrize(("limit", "position"), [("MAX_SIZE", 0), ("MAX_HEIGHT", 1)])
+def test_an_expression_may_be_as_large_as_the_limit(
+    limit: str, position: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node = parse("all(joint[j] <= 2 m for j in Joint)")
+    bound = size_bounds(check(node, SCOPE, BOOL))[position]
+    module = sys.modules["aeros.spec.expr.typecheck.check"]
+    monkeypatch.setattr(module, limit, bound)
+    check(node, SCOPE, BOOL)
+    monkeypatch.setattr(module, limit, bound - 1)
+    with pytest.raises(ExpressionTypeError, match="too large"):
+        check(node, SCOPE, BOOL)

@@ -18,7 +18,7 @@ from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL, IntegerType, RealType, Type
-from aeros.spec.expr.units import TIME
+from aeros.spec.expr.units import TEMPERATURE, TIME
 from tests.unit.spec.expr.scope import SCOPE, SPEED
 from tests.unit.spec.expr.typecheck.test_check import FAULTS
 
@@ -27,6 +27,8 @@ PAST = replace(SCOPE, past=True)
 MORE = {
     "pushing": t.Variable("pushing", BOOL, t.VariableRole.PARAMETER),
     "delay": t.Variable("delay", RealType(TIME), t.VariableRole.STATE),
+    "warm": t.Variable("warm", RealType(TEMPERATURE), t.VariableRole.STATE),
+    "cold": t.Variable("cold", RealType(TEMPERATURE), t.VariableRole.STATE),
 }
 OTHERS: list[tuple[str, Scope, Type]] = [
     ("k", SCOPE, IntegerType()),
@@ -79,9 +81,33 @@ OTHERS: list[tuple[str, Scope, Type]] = [
             "x - a <= x",
             "x - speed <= x",
             "a implies x",
+            "twirl(x) <= 1 m",
+            "p in warehouse",
+            "all(a for j in Sockets)",
+            "kettel.hot",
+            "kettle.cold",
+            "teapot.cold",
+            "sum(joint[j] for j in Joint) <= 1 s",
+            "p.x <= 1 s",
+            "p.x + 1 s <= p.x",
+            "max(warm, cold) <= 20 °C",
+            "(if a then warm else cold) <= 20 °C",
+            "(if a then warm else cold + 1 K) <= 20 °C",
+            "(if a then cold - 1 K else warm) <= 20 °C",
+            "min(warm, cold + 1 K) <= 20 °C",
+            "(if a then 20 °C else warm) <= cold",
+            "(if a then 20 °C else warm + 1 K) <= cold",
+            "(if a then warm + 1 K else 20 °C) <= cold",
+            "abs(warm) <= 20 °C",
+            "20 °C == -warm",
             "x or a",
         )
     ],
+    (
+        "busy",
+        replace(SCOPE, definitions={"busy": t.Not(t.Variable("motor", BOOL, t.VariableRole.STATE))}),
+        BOOL,
+    ),
     ("place", replace(SCOPE, recalled=frozenset({"place"})), BOOL),
     ("moving.speeed <= 1 m/s", replace(SCOPE, roles={"moving": {"speed": SCOPE.variables["speed"]}}), BOOL),
 ]

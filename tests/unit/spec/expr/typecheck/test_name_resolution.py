@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -231,3 +232,9 @@ def test_a_volume_is_found_by_its_name() -> None:
     with pytest.raises(ExpressionTypeError) as raised:
         resolve_volume(name("cel"), SCOPE)
     assert raised.value.cure == "did you mean `cell`?"
+
+
+def test_a_constant_is_a_value() -> None:
+    constant = t.Absolute(t.Literal(Fraction(1), RealType(LENGTH)))
+    with pytest.raises(AssertionError, match=r"^not a constant: Absolute"):
+        check(parse("odd <= 1 m"), replace(SCOPE, constants={"odd": constant}), BOOL)

@@ -25,7 +25,7 @@ def test_a_neighbour_chooses_the_enum_of_a_member(text: str) -> None:
     node = parse(text)
     assert isinstance(node, ComparisonChain)
     checker.check(node)
-    terms = [part.term for part in checker.parts_of(node)]
+    terms = [term for term, _ in checker.parts_of(node)]
     members = [
         side
         for term in terms
@@ -40,7 +40,7 @@ def test_the_parts_of_a_chain_are_its_pairs_with_their_places() -> None:
     text = "0 m < x <= y"
     checker, node = TypeChecker(SCOPE), parse(text)
     checker.check(node)
-    assert [text[part.extent.start : part.extent.end] for part in checker.parts_of(node)] == [
+    assert [text[extent.start : extent.end] for _, extent in checker.parts_of(node)] == [
         "0 m < x",
         "x <= y",
     ]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from aeros.spec.obligations.skill_syntax.neighbour_errors import import_cycle_error, missing_neighbour_error
 from aeros.spec.obligations.skill_syntax.neighbours import import_cycle
 from aeros.spec.obligations.skill_syntax.skill_source import SkillFile
+from tests.reports_in_full import compare_with_file, shown
 
 GRIP = "def wipe(o, i):\n    return\n    yield\n"
 LEGS = "from aeros.skill import act\ndef leg(o):\n    yield act('grip', width=0.0, force=1.0)\n"
@@ -52,3 +55,28 @@ def test_a_circle_of_imports_is_reported_once_with_each_import() -> None:
     assert _reported(**texts) == []
     (own,) = _reported(skills=GRIP, a="from .a import x as y\nx = 1\n")
     assert own == ("AE144", "a file imports itself", "a.py", 1)
+
+
+def test_the_reports_on_imports_in_full() -> None:
+    circle = {"a": "from .b import y\nx = 1\n", "b": "y = 1\nfrom .a import x\n"}
+    texts: list[dict[str, str]] = [
+        *({"skills": f"{line}\n{GRIP}", "legs": LEGS} for line in _MISSES),
+        {"skills": "from .a import x\n" + GRIP, **circle},
+        {"skills": GRIP, "a": "from .a import x\n"},
+    ]
+    lines: list[str] = []
+    for files in (_files(**one) for one in texts):
+        found = [missing_neighbour_error(file, files) for file in files.values()] + [
+            import_cycle_error(files)
+        ]
+        lines += [line for one in found if one is not None for line in shown(one)]
+    data = Path(__file__).parents[1] / "data"
+    compare_with_file(data / "neighbour_reports.txt", "\n".join(lines) + "\n")
+
+
+_MISSES = (
+    "from .leg import leg",
+    "from .arms import arm",
+    "from .legs import lag",
+    "from .legs import arm",
+)
