@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import sys
 from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution, metadata
 from pathlib import Path
@@ -14,18 +15,23 @@ NAME: Final = "aeros-robot"
 """Name of the distribution.  `aeros`, which is only that of the import and of the command, is somebody else's
 on PyPI."""
 
+_PYTHON: Final = sys.version_info[:2]
+
 
 def install_command(extra: str) -> str:
     """Say how to install what an extra provides, from where AEROS itself was installed.
 
-    The distribution is not on PyPI yet: it comes from a clone, a wheel or a repository.
+    The distribution is not on PyPI yet: it comes from a clone, a wheel or a repository.  PyBullet has wheels
+    for Python 3.11 only, and pip would compile it for minutes elsewhere.
 
     Args:
         extra: name of the extra, as in `pyproject.toml`.
 
     Returns:
-        A command, and where to give it.
+        A command, and where to give it; or the Python that the extra needs.
     """
+    if extra == "sim" and _PYTHON >= (3, 12):
+        return f"Python 3.11, as PyBullet has no wheel for Python {_PYTHON[0]}.{_PYTHON[1]}"
     source = _source()
     if source is None:
         return f"`pip install '.[{extra}]'` in the clone of AEROS"

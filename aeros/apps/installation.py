@@ -129,10 +129,7 @@ def _extra(name: str, requirements: list[Requirement], gives: str) -> InstalledP
     there, lacking = _lacking(requirements)
     if not lacking:
         return InstalledPart(name, PartState.INSTALLED, ", ".join(there) or "nothing more is needed", gives)
-    cure = install_command(name)
-    if "pybullet" in lacking and sys.version_info >= (3, 12):
-        cure = "PyBullet has no wheel for this Python: use Python 3.11, or `--plant mujoco`"
-    return InstalledPart(name, PartState.MISSING, f"lacks {', '.join(lacking)}", gives, cure)
+    return InstalledPart(name, PartState.MISSING, f"lacks {', '.join(lacking)}", gives, install_command(name))
 
 
 def _isolation() -> Iterator[InstalledPart]:

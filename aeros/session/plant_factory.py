@@ -63,6 +63,20 @@ class PlantSetupError(Exception):
     """A plant or an output of it that cannot be opened; the message says why and what to do."""
 
 
+def require_plant(name: str) -> None:
+    """Check before a run has a record that the packages of its plant are installed.
+
+    Args:
+        name: The plant's name; one of another distribution is not checked.
+
+    Raises:
+        PlantSetupError: A package is missing.
+    """
+    package = _PACKAGES.get(name)
+    if package is not None and find_spec(package) is None:
+        raise _missing(name, package)
+
+
 def load_people(plant: str, name_or_path: str | None) -> tuple[Person, ...]:
     """Read the people file of a run.
 
@@ -449,10 +463,7 @@ def _build_kinematic(site: Site, scene: Scene, seed: int, errors: SensorSetup) -
         from aeros.sim.kinematic.plant import make_plant
         from aeros.sim.robot.robot_file import robot_of
     except ImportError as error:
-        raise PlantSetupError(
-            f"the kinematic plant needs {install_command('kinematic')} ({error.name} is missing)"
-            f"{_other_plants()}"
-        ) from error
+        raise _missing("kinematic", error.name) from error
     return make_plant(scene, seed, errors.survey, errors.scanners, robot_of(site))
 
 
@@ -495,12 +506,13 @@ def _physics_import_errors(plant: str) -> Iterator[None]:
     try:
         yield
     except ImportError as error:
-        extra = "sim" if plant == "physics" else plant
-        raise PlantSetupError(
-            f"the {plant} plant needs {install_command(extra)} ({error.name} is missing){_other_plants()}"
-        ) from error
+        raise _missing(plant, error.name) from error
 
 
-def _other_plants() -> str:
-    """Name the plants that can run here, for a message."""
-    return f"; plants that can run here: {', '.join(runnable_plants())}"
+def _missing(plant: str, package: str | None) -> PlantSetupError:
+    """Return the error for a plant whose package is missing; it names the plants that can run here."""
+    needed = install_command("sim" if plant == "physics" else plant)
+    return PlantSetupError(
+        f"the {plant} plant needs {needed} ({package} is missing); "
+        f"plants that can run here: {', '.join(runnable_plants())}"
+    )

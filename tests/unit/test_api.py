@@ -146,7 +146,7 @@ def test_a_refused_manifest_is_reported_with_file_line_cause_and_cure(tmp_path: 
 
 
 def test_files_that_are_not_there_are_named() -> None:
-    with pytest.raises(UserError, match=r"`nowhere` is neither a folder nor an `ecm.yaml`"):
+    with pytest.raises(UserError, match=r"there is no file or folder `nowhere`"):
         aeros.load_gate("nowhere")
     with pytest.raises(UserError, match=r"`no.yaml` cannot be read: no such file or directory"):
         aeros.load_gate("ecms", site="no.yaml")

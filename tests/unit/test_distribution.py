@@ -29,6 +29,20 @@ def test_an_extra_is_installed_from_the_clone() -> None:
 
 
 @pytest.mark.parametrize(
+    ("python", "needed"),
+    [
+        ((3, 11), "`pip install '.[sim]'` in the clone of AEROS"),
+        ((3, 12), "Python 3.11, as PyBullet has no wheel for Python 3.12"),
+    ],
+)
+def test_pybullet_is_not_compiled(
+    python: tuple[int, int], needed: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(distribution, "_PYTHON", python)
+    assert distribution.install_command("sim") == needed
+
+
+@pytest.mark.parametrize(
     ("url", "source"),
     [
         ({"url": "file://{folder}/a%20b.whl", "archive_info": {}}, "'{folder}/a b.whl[mcp]'"),

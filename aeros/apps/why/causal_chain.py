@@ -313,6 +313,8 @@ class RunLog:
 
     def _unfinished_link(self, failed: tuple[StepTrace, ...]) -> CausalExplanation:
         headline = "the record does not say how the run ended: it goes on, or was killed"
+        if self._records and self._records[-1]["details"].get("closing") is True:
+            headline = "the record was closed before the run ended: no end of its task is in it"
         stopped = next(
             (
                 at

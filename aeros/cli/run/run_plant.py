@@ -32,6 +32,7 @@ from aeros.session.plant_factory import (
     open_recorder,
     open_viewer,
     require_new_film,
+    require_plant,
 )
 from aeros.session.scene_files import module_of
 from aeros.session.setup import AUDIT, create_output_folder
@@ -113,6 +114,7 @@ def load_scene_extras(
     people = load_people(arguments.plant, arguments.people)
     if is_remote(arguments):
         return SceneExtras((), (), None)
+    require_plant(arguments.plant)
     scene = load_run_scene(arguments.plant, arguments.scene, configuration, tasks, arguments.seed)
     if scene is not None and arguments.plant in PLANTS:
         _warn_of_unmeasured(configuration, tasks, scene)

@@ -271,12 +271,13 @@ def _risk_in_bounds(site: Site, skill: Skill) -> Iterator[StaticClaim]:
         ),
     )
     riskier = sorted(kind for kind in skill.envelope if site.kinds[kind].risk > skill.risk)
+    carry = f"{_join_names(riskier)} {'carry' if riskier[1:] else 'carries'} more"
     yield _static_claim(
         ClaimForm.SKILL_RISK_STATED(skill.id),
         not riskier,
         Diagnostic(
             "AE407",
-            f"`{skill.id}` declares {_format_risk(skill.risk)} risk, but {_join_names(riskier)} carries more",
+            f"`{skill.id}` declares {_format_risk(skill.risk)} risk, but {carry}",
             SpanLabel(skill.risk_span),
             help=("declare the risk of the riskiest action it may ask for",),
         ),

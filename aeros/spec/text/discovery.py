@@ -72,9 +72,11 @@ def module_folders(path: Path, diagnostics: Diagnostics) -> list[Path]:
             return folders
         diagnostics.error("AE130", f"there is no `{MANIFEST}` in or below `{path}`")
     else:
-        is_other_file = path.suffix in {".yaml", ".yml"}
+        is_other_file = path.exists() and path.suffix in {".yaml", ".yml"}
         cures = (f"if it is a site file, give it by `--site {path}`",) if is_other_file else ()
-        diagnostics.error("AE130", f"`{path}` is neither a folder nor an `{MANIFEST}`", help=cures)
+        fault = f"`{path}` is neither a folder nor an `{MANIFEST}`"
+        absent = f"there is no file or folder `{path}`"
+        diagnostics.error("AE130", fault if path.exists() else absent, help=cures)
     return []
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Final
 
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.expr import syntax as s
@@ -10,6 +11,9 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox, ExpressionTypeError, Scope
 from aeros.spec.expr.types import BOOL, EnumType, IntegerType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
+
+_MAX_SLIP: Final = 2
+"""Characters by which the lengths of a name and of its misspelling differ at most."""
 
 Bound = Mapping[str, t.BoundVariable]
 """Indices of the enclosing quantifiers, by name."""
@@ -58,12 +62,22 @@ def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) ->
     members = (member for enum in scope.enums.values() for member in enum.members)
     known = [*bound, *scope.variables, *scope.constants, *scope.definitions, *members]
     raise ExpressionTypeError(
-        "AE202",
-        f"`{text}` is not declared here",
-        node.extent,
-        cure=suggest_names(text, known)
-        or "declare it at the site or in the module's `needs`, or use a parameter of the action kind",
+        "AE202", f"`{text}` is not declared here", node.extent, cure=_cure_for_unknown(text, known, scope)
     )
+
+
+def _cure_for_unknown(name: str, known: Iterable[str], scope: Scope) -> str:
+    """Say what to write for an unknown name: the name that it misspells, or a parameter of the action."""
+    parameters = [each for each, one in scope.variables.items() if one.role is t.VariableRole.PARAMETER]
+    near = did_you_mean(name, parameters) or did_you_mean(name, known)
+    is_misspelt = near is not None and abs(len(near) - len(name)) <= _MAX_SLIP
+    if near is not None and (is_misspelt or near in parameters or not parameters):
+        return f"did you mean `{near}`?"
+    listed = f" ({', '.join(f'`{one}`' for one in parameters)})" if parameters else ""
+    if near is not None:
+        return f"use a parameter of the action{listed}; or did you mean `{near}`?"
+    otherwise = f"use a parameter of the action{listed or ' kind'}"
+    return f"declare it at the site or in the module's `needs`, or {otherwise}"
 
 
 def resolve_attribute(node: s.Attribute, scope: Scope, bound: Bound) -> tuple[t.Term, Type] | None:

@@ -3,7 +3,8 @@
 An action is always denied if it lacks a parameter of its kind, or if a constant is outside of the envelope.
 
 Only what is certain is reported: a key that is written out, of a name that can only be the observation or the
-inputs; and a parameter that is written as a number, truth value, text or tuple of numbers.
+inputs; and a parameter that is written as a number, truth value, text or tuple of numbers, or as the name of
+such a constant of the same file.
 """
 
 from __future__ import annotations
@@ -156,9 +157,12 @@ def _actions_outside_envelope(
         name = ecm.names.kinds.get(kind, kind)
         declared = site.kinds[name].parameters
         values: dict[str, Any] = {}
-        for keyword, node in _parameter_nodes(call):
-            variable = declared[keyword]
+        named: dict[str, str] = {}
+        for keyword, written in _parameter_nodes(call):
+            variable, node = declared[keyword], _without_names(written, file.constants)
             type_, text = variable.variable.type, _text(node)
+            if node is not written and _is_literal(node):
+                named[variable.name] = f"`{ast.unparse(written)}` is {ast.unparse(node)}"
             value = _constant_value(node, type_, ecm.names.cameras)
             if value is None and isinstance(type_, EnumType) and text is not None:
                 own = [one for one, bound in ecm.names.cameras.items() if bound in type_.members]
@@ -167,7 +171,7 @@ def _actions_outside_envelope(
                 yield Diagnostic(
                     "AE148",
                     f"`{keyword}` of this `{kind}` is `{text}`, which is no member of `{type_}`",
-                    SpanLabel(file.span(node), "always denied"),
+                    SpanLabel(file.span(written), "always denied"),
                     help=(f"did you mean `{near}`?" if near else f"one of {members}",),
                 )
                 return
@@ -175,7 +179,7 @@ def _actions_outside_envelope(
                 yield Diagnostic(
                     "AE148",
                     f"`{keyword}` of this `{kind}` is `{ast.unparse(node)}`, which is no {type_}",
-                    SpanLabel(file.span(node), "always denied"),
+                    SpanLabel(file.span(written), "always denied"),
                     (SpanLabel(variable.span, "declared here"),),
                 )
                 return
@@ -187,7 +191,9 @@ def _actions_outside_envelope(
             if low is not None and high is not None and not all(low <= part <= high for part in parts):
                 bounds = " to ".join(format_quantity(one, variable.unit) for one in (low, high))
                 headline = f"`{keyword}` of this `{kind}` is outside its range, {bounds}"
-                yield Diagnostic("AE148", headline, SpanLabel(file.span(node)))
+                yield Diagnostic(
+                    "AE148", headline, SpanLabel(file.span(written)), notes=_notes(named, [variable.name])
+                )
                 return
         for part in skill.envelope[name].conjuncts:
             names = t.variables_of(part.term).keys()
@@ -197,7 +203,7 @@ def _actions_outside_envelope(
                     f"`{skill.id}` asks for {an(kind)} outside of its envelope, which is always denied",
                     SpanLabel(file.span(call), "always denied"),
                     (SpanLabel(part.span, "false for these parameters"),),
-                    notes=_rounding_note(part.term, values, names),
+                    notes=(*_notes(named, names), *_rounding_note(part.term, values, names)),
                     help=("correct the parameter, or widen the envelope",),
                 )
                 return
@@ -210,6 +216,22 @@ def _parameter_nodes(call: ast.Call) -> Iterator[tuple[str, ast.expr]]:
         for key, value in zip(call.args[1].keys, call.args[1].values, strict=True):
             if isinstance(key, ast.Constant) and isinstance(key.value, str):
                 yield key.value, value
+
+
+def _notes(constants: Mapping[str, str], parameters: Iterable[str]) -> tuple[str, ...]:
+    """Return the notes of these parameters, in the order of their names."""
+    return tuple(constants[one] for one in sorted(parameters) if one in constants)
+
+
+def _without_names(node: ast.expr, constants: Mapping[str, ast.expr]) -> ast.expr:
+    """Put constants of the file in place of their names; return the same node if there are none."""
+    match node:
+        case ast.Name(id=name) if name in constants:
+            return constants[name]
+        case ast.Tuple(elts=parts):
+            values = [_without_names(part, constants) for part in parts]
+            return node if values == parts else ast.Tuple(values, ast.Load())
+    return node
 
 
 def _constant_value(node: ast.expr, type_: Type, cameras: Mapping[str, str]) -> Any:

@@ -12,6 +12,7 @@ import re
 import tokenize
 import unicodedata
 import warnings
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +21,7 @@ from typing import Final
 from aeros.spec.diagnostics.characters import find_hidden
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import Source, SourceSpan
+from aeros.spec.obligations.skill_syntax.bound_names import names_bound_by
 from aeros.spec.text.files import hidden_character_error, hidden_path_error
 
 _COOKIE = re.compile(rb"^[ \t\f]*#.*?coding[:=]")  # PEP 263, looked for in the first two lines
@@ -117,6 +119,19 @@ class SkillFile:
     def dropped_values(self) -> frozenset[ast.expr]:
         """Expressions that are statements, so that nothing takes their values."""
         return frozenset(node.value for node in self.nodes if isinstance(node, ast.Expr))
+
+    @cached_property
+    def constants(self) -> dict[str, ast.expr]:
+        """Expressions of the names that the file binds once, outside of functions, by `NAME = expression`."""
+        assigned: dict[str, ast.expr] = {}
+        for statement in self.tree.body:
+            match statement:
+                case ast.Assign(targets=[ast.Name(id=name)], value=ast.expr() as value):
+                    assigned[name] = value
+                case ast.AnnAssign(target=ast.Name(id=name), value=ast.expr() as value):
+                    assigned[name] = value
+        bound = Counter(name for node in self.nodes for name in names_bound_by(node))
+        return {name: value for name, value in assigned.items() if bound[name] == 1}
 
     @cached_property
     def generators(self) -> frozenset[str]:

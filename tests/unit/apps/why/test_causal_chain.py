@@ -60,6 +60,10 @@ def message(links: Iterable[CausalLink]) -> list[str]:
          ["tidy.wipe ended as denied: AE750", "the gate denied it"],
          ["human_distance is 0.41 m; at least 0.5 m required by `separation`"]),
         ([], "the record does not say how the run ended: it goes on, or was killed", [], []),
+        ([("log-began", {}), ("checkpoint", {"closing": False})],
+         "the record does not say how the run ended: it goes on, or was killed", [], []),
+        ([("log-began", {}), ("checkpoint", {"closing": True})],
+         "the record was closed before the run ended: no end of its task is in it", [], []),
         ([note("run-ended", task="tidy.clean", reached=True)], "tidy.clean: goal reached", [], []),
     ],
 )  # fmt: skip

@@ -25,6 +25,7 @@ from aeros.cli.run.run_plant import (
     serve_plant,
 )
 from aeros.exit_codes import Exit
+from aeros.session import plant_factory
 from aeros.session.plant_factory import PlantSetupError
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.symbolic.plant import SymbolicPlant
@@ -54,6 +55,15 @@ def test_without_options_the_scene_has_no_extras(tmp_path: Path) -> None:
     setup = staged(options(tmp_path))
     found = load_scene_extras(setup.arguments, setup.configuration, [setup.task.task])
     assert found == SceneExtras((), (), None)
+
+
+def test_a_plant_whose_package_is_missing_is_refused_before_the_run_has_a_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plant_factory, "find_spec", lambda name: None)
+    setup = staged(options(tmp_path, "--plant", "kinematic"))
+    with pytest.raises(PlantSetupError, match=r"\(numpy is missing\); plants that can run here: symbolic$"):
+        load_scene_extras(setup.arguments, setup.configuration, [setup.task.task])
 
 
 def test_a_variable_that_the_scene_does_not_give_is_a_warning(

@@ -98,8 +98,9 @@ def test_a_folder_called_as_a_manifest_and_a_link_to_nothing(tmp_path: Path) -> 
 def test_a_path_without_modules_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     assert refused(tmp_path) == f"there is no `ecm.yaml` in or below `{tmp_path}`"
-    for name in ("file", "nothing", "ecm.yaml"):
-        assert refused(tmp_path / name) == f"`{tmp_path / name}` is neither a folder nor an `ecm.yaml`"
+    assert refused(tmp_path / "file") == f"`{tmp_path / 'file'}` is neither a folder nor an `ecm.yaml`"
+    for name in ("nothing", "ecm.yaml"):
+        assert refused(tmp_path / name) == f"there is no file or folder `{tmp_path / name}`"
 
 
 @pytest.mark.parametrize(

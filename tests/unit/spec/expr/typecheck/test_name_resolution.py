@@ -99,8 +99,25 @@ def test_a_name_that_is_not_declared_is_refused_with_the_nearest_that_is() -> No
     assert refused("mowe")[1] == "did you mean `move`?"
     assert refused("nowhere_near") == (
         "`nowhere_near` is not declared here",
-        "declare it at the site or in the module's `needs`, or use a parameter of the action kind",
+        "declare it at the site or in the module's `needs`, or use a parameter of the action (`speed`)",
     )
+
+
+def test_an_unknown_name_among_parameters_of_an_action_gets_their_names() -> None:
+    speed = t.Variable("speed", SCOPE.variables["speed"].type, t.VariableRole.PARAMETER)
+    measured = t.Variable("joint_velocity", speed.type, t.VariableRole.STATE)
+    scope = Scope({"speed": speed, "joint_velocity": measured})
+    cures = []
+    for name in ("sped", "velocity", "joint_velocty", "haste"):
+        with pytest.raises(ExpressionTypeError) as raised:
+            check(parse(f"{name} <= 1 m/s"), scope, BOOL)
+        cures.append(raised.value.cure)
+    assert cures == [
+        "did you mean `speed`?",
+        "use a parameter of the action (`speed`); or did you mean `joint_velocity`?",
+        "did you mean `joint_velocity`?",
+        "declare it at the site or in the module's `needs`, or use a parameter of the action (`speed`)",
+    ]
 
 
 def test_a_name_near_an_index_is_suggested() -> None:

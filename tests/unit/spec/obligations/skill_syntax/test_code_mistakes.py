@@ -69,6 +69,9 @@ def test_a_text_that_is_no_member_of_its_enum_is_marked(tmp_path: Path) -> None:
         ('    yield act("approach", pace=(0.1, 0.1))\n', "AE148", "(0.1, 0.1)"),
         ('    yield act("approach", pace=-0.1)\n', "AE148", "-0.1"),
         ('    yield act("approach", pace=0.2)\n', "AE148", 'act("approach", pace=0.2)'),
+        ('    yield act("approach", pace=PACE)\n\n\nPACE = 0.21\n', "AE148", 'act("approach", pace=PACE)'),
+        ('    yield act("approach", pace=PACE)\n\n\nPACE: float = 6\n', "AE148", "PACE"),
+        ('    yield act("approach", pace=PACE)\n\n\nPACE = "slow"\n', "AE148", "PACE"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_marked_where_it_is(tmp_path: Path, body: str, code: str, marked: str) -> None:
@@ -88,6 +91,9 @@ def test_a_mistake_is_marked_where_it_is(tmp_path: Path, body: str, code: str, m
         '    yield act("approach", pace=sum([observed["hands"] for observed in ({"hands": 0.1},)]))\n',
         # The value is not written out.
         '    pace = 3 * 0.1\n    yield act("approach", pace=pace)\n',
+        # The name has more than one value.
+        '    yield act("approach", pace=PACE)\n\n\nPACE = 0.21\nPACE = 0.1\n',
+        '    PACE = 0.1\n    yield act("approach", pace=PACE)\n\n\nPACE = 0.21\n',
         f"    yield from rest()\n{REST}",
         # A function without a yield of its own does its work when it is called.
         f"    note([])\n    yield {MOVE}\n{NOTE}",
