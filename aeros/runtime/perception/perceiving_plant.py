@@ -96,8 +96,7 @@ class PerceivingPlant:
         self._obstacle_watch = ObstacleWatch(plant, record)
         self._is_advancing = False
         self._under_way: set[MotionHandle] = set()
-        self._perceived: set[str] = set()
-        self._modelled: set[str] = set()
+        self._perceived, self._modelled = set[str](), set[str]()
         # A plant stays what it is, and a hosted one would be asked over its socket.
         self.runs_in_real_time = bool(getattr(plant, "runs_in_real_time", False))
 
@@ -237,13 +236,12 @@ class PerceivingPlant:
         self._perceivers, self._active, self._generation = {}, [], None
 
     def _update(self, readings: Readings) -> None:
-        active = self._active
-        if not active:
+        if not self._active:
             return
         now = self._plant.now()
-        pictures = self.pictures() if any(one.needs_pictures for one in active) else {}
+        pictures = self.pictures() if any(one.needs_pictures for one in self._active) else {}
         least_timeout = 0.0 if self.runs_in_real_time else SIMULATED_TIMEOUT_S
-        for perceiver in active:
+        for perceiver in self._active:
             # What one perceiver of a module has just measured, a later one may read.
             known = {**readings, **self._values(), **self._parameter_readings()}
             perceiver.update(now, known, pictures, least_timeout)
