@@ -205,7 +205,7 @@ class ChainOfIntegers(Twin):
         if not isinstance(plan, Trajectory) or self._planned is None:
             return plan
         rows = tuple((0 if row[0] == 0.0 else row[0], *row[1:]) for row in plan.body.dh_rows)
-        same = replace(plan, body=replace(plan.body, dh_rows=rows))  # type: ignore[arg-type]
+        same = replace(plan, body=replace(plan.body, dh_rows=rows))
         self._planned = (self._planned[0], self._planned[1]._replace(plan=same))
         return same
 
