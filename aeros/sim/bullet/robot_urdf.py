@@ -10,10 +10,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 from xml.etree import ElementTree
 
-from aeros.files import temporary_folder
+from aeros.files import make_folder, temporary_folder
 from aeros.kinematic_chain import is_prismatic, mounting_of, roll_pitch_yaw
 from aeros.runtime.ports import Hull
 from aeros.sim.bullet.body_factory import load_model
@@ -118,7 +119,7 @@ def _standing(arm: StandingArm, parent: str, prefix: str, folder: str) -> Iterat
     """
     mount, prefix = arm.mount, f"{prefix}{arm.mount.prefix}"
     own = os.path.join(folder, prefix)
-    os.makedirs(own)
+    make_folder(Path(own))
     model = fixed_in_posture(arm)
     for element in [*_made_urdf(model, own)]:
         if element.get("name") == "foot":  # its mass is not known, and a moving link may carry it

@@ -29,8 +29,8 @@ def test_every_nonterminal_is_defined_or_explained() -> None:
 
 
 def test_every_unit_is_listed() -> None:
-    line = next(line for line in _PAGE.splitlines() if line.startswith("`1` `%`"))
-    assert tuple(re.findall(r"`([^`]+)`", line)) == unit_names()
+    listed = next(text for text in _PAGE.split("\n\n") if text.startswith("`1` `%`"))
+    assert tuple(re.findall(r"`([^`]+)`", listed)) == unit_names()
 
 
 def test_every_function_and_keyword_is_shown() -> None:
