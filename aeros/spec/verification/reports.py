@@ -124,7 +124,7 @@ class Report:
         >>> report.conclusion.value
         'rejected'
         >>> [problem.headline for subject in report.subjects for problem in subject.diagnostics]
-        ['`no/such/folder` is neither a folder nor an `ecm.yaml`']
+        ['there is no file or folder `no/such/folder`']
     """
 
     site: SubjectReport
