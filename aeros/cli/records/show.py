@@ -25,7 +25,8 @@ from aeros.spec.model.variables import Declared
 _INDENT = " " * 8
 _MAX_CHARS = 400
 _HEXADECIMAL = re.compile(r"[0-9a-f]{32,}")
-_EXACT_FROM = 1000.0  # from here on, numbers are times and the like, which six digits would falsify
+_EXACT_FROM = 1000.0
+"""Larger numbers are times and the like, which six digits would falsify."""
 
 
 def add_filters(parser: argparse.ArgumentParser) -> None:

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import pytest
 
-from aeros.spec.closed_loop.composed_run import ROLES, ComposedRun, Role, Weights
-from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
+from aeros.spec.closed_loop.composed_run import ROLES, Role, Weights
+from aeros.spec.closed_loop.invocation import Invocation, State
 from aeros.spec.consequences.stopped_parts import stop_of_part
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
-from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.model.composition import Part, Step
 from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.model.step_graph import (
@@ -29,9 +29,9 @@ from aeros.spec.model.step_graph import (
     TimedPart,
     steps_of,
 )
-from tests.unit.agent.dumplings import PREDICATES, SPAN, STATE, given_input, skill, term
+from tests.unit.agent.dumplings import SPAN, STATE, given_input, skill, term
+from tests.unit.spec.closed_loop.test_composed_run import NAMES, made_run
 
-NAMES = PREDICATES[:3]
 _CONDITIONS = (*NAMES, *(f"not {name}" for name in NAMES), f"{NAMES[0]} and {NAMES[1]}", "false")
 _GOALS = ("false", "false", NAMES[2], f"not {NAMES[1]}", f"{NAMES[0]} and {NAMES[1]}")
 Counts = tuple[int, int, int]
@@ -260,15 +260,7 @@ def compare(seed: int) -> bool:
         return False
     goal = term(drawn.choice(_GOALS))
     uncertain = drawn.choice([(), NAMES[:1], NAMES[1:2]])
-    run = ComposedRun(
-        Composition("c", t.TRUE, None, body, handlers, SPAN),
-        lambda name, inputs: Invocation(skills[name], inputs, NAMES),
-        lambda condition: StateCondition(condition, NAMES),
-        StateCondition(goal, NAMES),
-        lambda part: Invocation(stop_of_part(part, handlers, skills, STATE, {}), {}, NAMES, NAMES),
-        lambda part: False,
-        {name: NAMES.index(name) for name in uncertain},
-    )
+    run = made_run(body, goal, uncertain, skills, handlers, lambda part: False)
     role = drawn.choice(ROLES)
     for state in [(False, False, False), (False, True, False), (True, False, True)]:
         walk = Walk(handlers, skills, goal, uncertain)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -50,18 +51,30 @@ def step(name: str, retry: int = 0, between: str | None = None, last: str | None
     return Step(name, name, {}, {}, retry, between, last, SPAN)
 
 
+def made_run(
+    body: Part,
+    goal: t.Term,
+    uncertain: tuple[str, ...],
+    skills: Mapping[str, Skill],
+    handlers: Mapping[str, Step],
+    is_late: Callable[[TimedPart[Step]], bool],
+) -> ComposedRun:
+    """A composition inside the loop; its skills measure all of `NAMES`."""
+    return ComposedRun(
+        Composition("c", t.TRUE, None, body, dict(handlers), SPAN),
+        lambda name, inputs: Invocation(skills[name], inputs, NAMES),
+        lambda condition: StateCondition(condition, NAMES),
+        StateCondition(goal, NAMES),
+        lambda part: Invocation(stop_of_part(part, handlers, skills, STATE, {}), {}, NAMES, NAMES),
+        is_late,
+        {name: NAMES.index(name) for name in uncertain},
+    )
+
+
 def run(
     body: Part, goal: t.Term = t.FALSE, uncertain: tuple[str, ...] = (), **handlers: Step
 ) -> tuple[Weights, Weights, ComposedRun]:
-    made = ComposedRun(
-        Composition("c", t.TRUE, None, body, handlers, SPAN),
-        lambda name, inputs: Invocation(SKILLS[name], inputs, NAMES),
-        lambda condition: StateCondition(condition, NAMES),
-        StateCondition(goal, NAMES),
-        lambda part: Invocation(stop_of_part(part, handlers, SKILLS, STATE, {}), {}, NAMES, NAMES),
-        lambda part: may_be_late(part, handlers, SKILLS),
-        {name: NAMES.index(name) for name in uncertain},
-    )
+    made = made_run(body, goal, uncertain, SKILLS, handlers, lambda part: may_be_late(part, handlers, SKILLS))
     done, failed, _ = made.run((False, False, False), "step")
     return done, failed, made
 

@@ -17,7 +17,7 @@ from tests.repo.tree import ROOT
 SHIPPED: Final = Path(aeros.__file__).parent
 PAGE: Final = ROOT / "docs" / "how-to" / "bring-your-robot.md"
 SECTION: Final = PAGE.read_text(encoding="utf-8").split("```yaml\nstanding_arms:", 1)[1].split("```", 1)[0]
-"""What follows `standing_arms:` in the page's example."""
+"""The text after `standing_arms:` in the page's example."""
 
 
 def write_two_arms(folder: Path, section: str | None = None, name: str = "two_pandas") -> Path:
