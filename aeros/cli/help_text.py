@@ -241,7 +241,7 @@ def _option_lines(options: Sequence[argparse.Action], width: int) -> Iterable[st
 def _first_clause(action: argparse.Action) -> str:
     """Return what is written of an argument, up to its first semicolon and without what is in brackets."""
     text = (action.help or "").replace("%%", "%")
-    return re.sub(r"\s*\([^()]*\)", "", text.partition(";")[0])
+    return re.sub(r"\s*\([^()]*\)", "", text).partition(";")[0]
 
 
 def _entry(name: str, summary: str, width: int, column: int = _NAME_COLUMN) -> str:

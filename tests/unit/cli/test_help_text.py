@@ -47,6 +47,8 @@ def test_short_help_names_each_option_and_whole_help_explains_it(monkeypatch: py
             assert re.search(rf"{option}\b", short) or option == "-o", (name, option)
         assert "examples:\n  aeros " in short, name
         assert "exit codes: 0 proved" in short, name
+        described = short.split("options:")[1].split("examples:")[0]
+        assert described.count("(") == described.count(")"), name
 
 
 def test_help_of_all_commands_and_of_groups_names_each_command() -> None:
