@@ -1,7 +1,7 @@
 """Ways to have Z3 decide one question, tried in order until one decides it.
 
 Each has the same budget, in Z3's resource units, so the answer is the same on every machine. Z3 decides in
-all of them: lemmas are true everywhere, and a point that is found by trial is put to Z3 with its values.
+all of them: lemmas are true everywhere, and a point that a search finds is put to Z3 with its values.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Final
 
 from aeros.spec.backends.lemmas import lemmas_for
 from aeros.spec.backends.solver_results import Question, SatResult, SolverAnswer, timeout_answer
-from aeros.spec.backends.trial_points import find_point
+from aeros.spec.backends.violation_search import search
 from aeros.spec.backends.z3_solver import IncrementalSolver
 from aeros.spec.expr import terms as t
 
@@ -54,21 +54,17 @@ def _directly(solver: IncrementalSolver, question: Question) -> SolverAnswer | N
     return solver.check_sat(*question.terms)
 
 
-def _with_lemmas(solver: IncrementalSolver, question: Question) -> SolverAnswer | None:
-    """Decide with lemmas, products multiplied out so that they meet those of the lemmas."""
-    lemmas = lemmas_for(question.terms, question.ranges)
-    if not lemmas:
-        return None
-    return solver.check_simplified((*question.terms, *lemmas))
+def _from_a_point(solver: IncrementalSolver, question: Question) -> SolverAnswer | None:
+    """Search for a point, and have it decided; without one, decide with lemmas, some from the nearest point.
 
-
-def _at_trial_points(solver: IncrementalSolver, question: Question) -> SolverAnswer | None:
-    """Look for a point by trial, and have it decided."""
-    point = find_point(question)
-    if point is None:
-        return None
-    answer = solver.check_at_values(point, t.And(tuple(question.terms)))
-    return SolverAnswer(SatResult.SAT, point) if answer.result is SatResult.SAT else None
+    Products are multiplied out so that they meet those of the lemmas.
+    """
+    result = search(question)
+    if result.found is not None:
+        answer = solver.check_at_values(result.found, t.And(tuple(question.terms)))
+        return SolverAnswer(SatResult.SAT, result.found) if answer.result is SatResult.SAT else None
+    lemmas = lemmas_for(question.terms, question.ranges, result.nearest)
+    return solver.check_simplified((*question.terms, *lemmas)) if lemmas else None
 
 
 def _by_cells(solver: IncrementalSolver, question: Question) -> SolverAnswer | None:
@@ -76,4 +72,4 @@ def _by_cells(solver: IncrementalSolver, question: Question) -> SolverAnswer | N
     return solver.check_simplified(question.terms, "qfnra-nlsat")
 
 
-_WAYS: Sequence[_Way] = (_directly, _at_trial_points, _with_lemmas, _by_cells)
+_WAYS: Sequence[_Way] = (_directly, _from_a_point, _by_cells)

@@ -6,14 +6,16 @@ translation to Z3 does not share.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from aeros.spec.backends.lemmas import relating_lemmas
 from aeros.spec.backends.oracle import SolverQuery
 from aeros.spec.backends.smtlib import question_script
 from aeros.spec.backends.solver_results import Question, SatResult, SecondSolver, SolverAnswer
+from aeros.spec.backends.violation_search import search
 from aeros.spec.diagnostics.errors import DisagreementError
+from aeros.spec.expr import terms as t
 
 
 @dataclass(frozen=True)
@@ -82,5 +84,14 @@ def _ask(question: Question, plain: str, second: SecondSolver) -> tuple[str, Sol
     lemmas = relating_lemmas(question.terms, question.ranges)
     if not lemmas:
         return plain, second.solve_script(plain)
+    script, answer = _ask_beside(question, lemmas, second)
+    if answer.result is SatResult.UNKNOWN and (near := search(question).nearest):
+        return _ask_beside(question, relating_lemmas(question.terms, question.ranges, near), second)
+    return script, answer
+
+
+def _ask_beside(
+    question: Question, lemmas: Sequence[t.Term], second: SecondSolver
+) -> tuple[str, SolverAnswer]:
     script = question_script(question._replace(terms=(*question.terms, *lemmas)))
     return script, second.solve_script(script)

@@ -9,6 +9,7 @@ from aeros.spec.backends import portfolio
 from aeros.spec.backends.portfolio import decide
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
 from aeros.spec.backends.solver_results import Question, SatResult, SolverAnswer, timeout_answer
+from aeros.spec.backends.violation_search import SearchResult
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.random_terms import VARIABLES
@@ -39,8 +40,8 @@ def alone(way: Callable[..., SolverAnswer | None], asked: Question) -> SolverAns
     [
         (portfolio._directly, ("x > 1 m", "x < y"), SatResult.SAT),
         (portfolio._directly, (*_NORMS, "dot(p, q) > 2 m*m"), SatResult.UNKNOWN),
-        (portfolio._with_lemmas, (*_NORMS, "dot(p, q) > 2 m*m"), SatResult.UNSAT),
-        (portfolio._at_trial_points, (*_NORMS, "dot(p, q) >= 2 m*m"), SatResult.SAT),
+        (portfolio._from_a_point, (*_NORMS, "dot(p, q) > 2 m*m"), SatResult.UNSAT),
+        (portfolio._from_a_point, (*_NORMS, "dot(p, q) > 1.99 m*m"), SatResult.SAT),
         (portfolio._by_cells, ("x * y == 2 m*m", "x == y"), SatResult.SAT),
         (portfolio._by_cells, ("x * x * y * y < 0 m*m*m*m",), SatResult.UNSAT),
     ],
@@ -54,12 +55,12 @@ def test_each_way_decides_what_it_is_for(
     assert bool(answer.model) is (result is SatResult.SAT)
 
 
-def test_a_point_by_trial_counts_only_if_z3_confirms_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_point_that_is_found_counts_only_if_z3_confirms_it(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = question("x > 1 m")
-    monkeypatch.setattr(portfolio, "find_point", lambda _: {"x": Fraction(0)})
-    assert alone(portfolio._at_trial_points, asked).result is SatResult.UNKNOWN
-    monkeypatch.setattr(portfolio, "find_point", lambda _: {"x": Fraction(2)})
-    assert alone(portfolio._at_trial_points, asked).result is SatResult.SAT
+    monkeypatch.setattr(portfolio, "search", lambda _: SearchResult({"x": Fraction(0)}, {}))
+    assert alone(portfolio._from_a_point, asked).result is SatResult.UNKNOWN
+    monkeypatch.setattr(portfolio, "search", lambda _: SearchResult({"x": Fraction(2)}, {}))
+    assert alone(portfolio._from_a_point, asked).result is SatResult.SAT
 
 
 def test_without_an_answer_the_first_reason_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:

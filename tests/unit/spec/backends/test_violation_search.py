@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+
+from aeros.spec.backends.solver_results import Question
+from aeros.spec.backends.violation_search import MAX_PARTS, search
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import scalar_variables, values_by_variable
+from aeros.spec.expr.parser import parse
+from aeros.spec.expr.random_conditions import ConditionCase, cases
+from aeros.spec.expr.random_terms import VARIABLES
+from aeros.spec.expr.scope import Scope
+from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.typecheck.check import check
+from aeros.spec.expr.types import BOOL, IntegerType
+from tests.hypothesis_profiles import examples
+
+
+def question(*texts: str) -> Question:
+    return asked(*(check(parse(text), Scope(VARIABLES), BOOL) for text in texts))
+
+
+def asked(*terms: t.Term) -> Question:
+    variables = list(t.variables_of(t.And(terms)).values())
+    names = [part.name for one in variables for part in scalar_variables(one) if part.type != BOOL]
+    return Question(variables, dict.fromkeys(names, (Fraction(-10), Fraction(10))), list(terms))
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        ("x >= 0 m",),
+        ("x == 1.25 m",),
+        ("x * y == 6 m*m", "x == 2 m"),
+        ("norm(p) <= 1 m", "distance(p, q) <= 2 m", "norm(q) >= 2.999 m"),
+        ("dot(p, q) >= 0.999 m*m", "norm(p) <= 1 m", "norm(q) <= 1 m"),
+        ("abs(x) + abs(y) >= 19.9 m",),
+        ("max(x, y) <= -1 m", "min(x, y) >= -2 m"),
+        ("a", "not b", "b or x >= 5 m"),
+        ("a == b", "b == (x > 2 m)", "x >= 3 m"),
+        ("a != b", "a implies x > 2 m", "b implies x < -2 m"),
+        ("if a then x >= 2 m else x <= -2 m", "x == -3 m"),
+        ("(if x >= 0 m then x else y) >= 4 m", "x <= -1 m"),
+        ("x != y", "x + y == 0 m"),
+    ],
+)
+def test_a_point_that_meets_all_conditions_is_found(texts: tuple[str, ...]) -> None:
+    wanted = question(*texts)
+    found = search(wanted).found
+    assert found is not None
+    values = values_by_variable(wanted.variables, found)
+    assert all(is_true(one, values) for one in wanted.terms)
+
+
+def test_whole_numbers_stay_whole() -> None:
+    number = t.Variable("n", IntegerType(), t.VariableRole.STATE)
+    half = t.Literal(Fraction(5, 2), IntegerType())
+    found = search(asked(t.Compare("<=", half, number))).found
+    assert found is not None
+    assert Fraction(found["n"]).denominator == 1
+
+
+def test_where_nothing_can_hold_the_nearest_point_is_known() -> None:
+    result = search(question("norm(p) <= 1 m", "norm(p) >= 3 m"))
+    assert result.found is None
+    length = sum(result.nearest[f"p.{axis}"] ** 2 for axis in "xyz")
+    assert 1 < length < 9
+
+
+@examples(60)
+@given(cases())
+def test_what_is_found_holds(case: ConditionCase) -> None:
+    wanted = asked(case.term)
+    found = search(wanted).found
+    if found is not None:
+        assert is_true(case.term, values_by_variable(wanted.variables, found))
+
+
+def test_the_same_question_has_the_same_answer() -> None:
+    texts = ("norm(p) <= 1 m", "distance(p, q) <= 2 m", "norm(q) >= 2.999 m")
+    assert search(question(*texts)) == search(question(*texts))
+
+
+def test_members_of_enums_are_left_to_the_solver() -> None:
+    assert search(question("mode == idle")) == (None, {})
+
+
+def test_long_conditions_are_left_to_the_solver() -> None:
+    (condition,) = question("x >= 0 m").terms
+    assert search(asked(*[condition] * MAX_PARTS)) == (None, {})
