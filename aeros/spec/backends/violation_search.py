@@ -49,7 +49,7 @@ class _Number(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _Repair:
-    """What would make a condition hold: numbers that should become 0, values of truths, and what it costs."""
+    """Changes that make a condition hold: numbers that should become 0, values of truths, and the cost."""
 
     residuals: tuple[_Number, ...] = ()
     truths: tuple[tuple[str, float], ...] = ()
@@ -61,7 +61,7 @@ _IMPOSSIBLE: Final = _Repair(cost=math.inf)
 
 
 class SearchResult(NamedTuple):
-    """Where a search has come to.
+    """Result of a search.
 
     Attributes:
         found: value of each scalar variable at a point where all conditions hold; None if none was found.

@@ -84,13 +84,13 @@ def _ask(question: Question, plain: str, second: SecondSolver) -> tuple[str, Sol
     lemmas = relating_lemmas(question.terms, question.ranges)
     if not lemmas:
         return plain, second.solve_script(plain)
-    script, answer = _ask_beside(question, lemmas, second)
+    script, answer = _answer_with_lemmas(question, lemmas, second)
     if answer.result is SatResult.UNKNOWN and (near := search(question).nearest):
-        return _ask_beside(question, relating_lemmas(question.terms, question.ranges, near), second)
+        return _answer_with_lemmas(question, relating_lemmas(question.terms, question.ranges, near), second)
     return script, answer
 
 
-def _ask_beside(
+def _answer_with_lemmas(
     question: Question, lemmas: Sequence[t.Term], second: SecondSolver
 ) -> tuple[str, SolverAnswer]:
     script = question_script(question._replace(terms=(*question.terms, *lemmas)))

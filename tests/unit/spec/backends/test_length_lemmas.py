@@ -44,7 +44,7 @@ def test_each_two_lengths_have_a_lemma(text: str, count: int) -> None:
 
 @examples(100)
 @given(st.lists(st.integers(-3, 3), min_size=6, max_size=6), st.integers(-2, 6), st.integers(-2, 6))
-def test_a_lemma_is_true_whatever_the_lengths_are(elements: list[int], x: int, y: int) -> None:
+def test_a_lemma_is_true_at_every_length(elements: list[int], x: int, y: int) -> None:
     point = {**dict(zip(_SIX, map(Fraction, elements), strict=True)), "x": Fraction(x), "y": Fraction(y)}
     for text in ("norm(p) <= x and norm(q) <= y", "abs(p.x) + abs(p.y) + abs(p.z) <= x and norm(q) <= y"):
         assert all(is_true(one, point) for one in lemmas(text))

@@ -25,7 +25,7 @@ def squares(text: str, near: Mapping[str, float] | None = None) -> list[t.Compar
 
 
 def roots_at(lemmas: list[t.Compare], point: Mapping[str, Fraction]) -> list[Fraction]:
-    """What is squared, at a point."""
+    """Compute the squared numbers at a point."""
     found = []
     for lemma in lemmas:
         assert isinstance(lemma.right, t.Multiply)

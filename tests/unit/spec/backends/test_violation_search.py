@@ -72,7 +72,7 @@ def test_where_nothing_can_hold_the_nearest_point_is_known() -> None:
 
 @examples(60)
 @given(cases())
-def test_what_is_found_holds(case: ConditionCase) -> None:
+def test_a_point_that_is_found_meets_the_conditions(case: ConditionCase) -> None:
     wanted = asked(case.term)
     found = search(wanted).found
     if found is not None:
