@@ -33,6 +33,7 @@ from aeros.perception import (
 from .pushes import push_length
 from .search import NOTHING, Search
 from .sizes import fits_hand, grip_height
+from .slips import NO_SLIP, SLIPS_OUT, slips_with
 from .stations import STATION_TO_OBJECT, WESTMOST, base_from
 
 Place = tuple[float, float, float]
@@ -362,9 +363,11 @@ def track(view: View) -> Perception:
     What was seen before it was held no longer holds.
     """
     moved_at = -1.0
+    slips = NO_SLIP
     while True:
         given = view.readings
         held = _is_held(given)
+        slips = slips_with(slips, given, held)
         if held:
             moved_at = view.time
         seen_at = given.get("object_seen_time", -1.0) if given.get("object_seen") else -1.0
@@ -372,6 +375,8 @@ def track(view: View) -> Perception:
         values: dict[str, Any] = {
             "object_grasped": held,
             "object_detected": None if held is None else held or is_fresh,
+            "object_slips": slips.count,
+            "object_slips_out": slips.count >= SLIPS_OUT,
         }
         kind, place = _kind(given), _place(given)
         is_lying = given.get("object_lying") is True
