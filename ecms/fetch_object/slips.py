@@ -10,7 +10,7 @@ LIFTED = 0.10
 """Rise of the tool from where the fingers closed, at which an object that is still held was lifted, m."""
 
 SHUT_BELOW = 0.0145
-"""Gap of fingers that closed on nothing, m: narrower than what they can hold. Fingers that let go are wider."""
+"""Gap of fingers that closed on nothing, m: less than the narrowest that they hold. Open ones are wider."""
 
 SLIPS_OUT = 2
 """Slips in a row that are more than chance."""
@@ -22,12 +22,12 @@ class Slips(NamedTuple):
     Attributes:
         wanted: the object that is wanted; None if that is unknown.
         gripped_at: height of the tool where the fingers closed on it, m; None if they do not hold it.
-        count: slips since it was last lifted, or since it is wanted.
+        times: slips since it was last lifted, or since it is wanted.
     """
 
     wanted: str | None = None
     gripped_at: float | None = None
-    count: int = 0
+    times: int = 0
 
 
 NO_SLIP = Slips()
@@ -52,6 +52,6 @@ def slips_with(slips: Slips, given: Mapping[str, Any], held: bool | None) -> Sli
     at = slips.gripped_at
     if held:
         at = height if at is None else at
-        return Slips(slips.wanted, at, 0 if height - at > LIFTED else slips.count)
+        return Slips(slips.wanted, at, 0 if height - at > LIFTED else slips.times)
     is_slip = at is not None and given["finger_gap"] < SHUT_BELOW
-    return Slips(slips.wanted, None, slips.count + is_slip)
+    return Slips(slips.wanted, None, slips.times + is_slip)
