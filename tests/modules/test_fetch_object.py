@@ -772,7 +772,7 @@ def test_places_that_were_looked_over_before_the_object_was_missed_do_not_count(
 
 
 @pytest.mark.parametrize(("gap", "fits"), [(0.10, True), (0.04, True), (0.005, False)])
-def test_things_of_a_kind_that_are_one_part_of_a_picture_are_told_apart_by_their_places(
+def test_things_of_a_kind_that_are_one_part_of_a_picture_are_separated_by_their_places(
     gap: float, fits: bool
 ) -> None:
     points = np.zeros((40, 40, 3))
