@@ -30,15 +30,14 @@ from aeros.perception import (
     wrap_heading,
 )
 
+from .parts import LARGEST_SCALE, MIN_PIXELS, parts_of
 from .pushes import push_length
 from .search import NOTHING, Search
 from .sizes import fits_hand, grip_height
+from .slips import NO_SLIP, SLIPS_OUT, slips_with
 from .stations import STATION_TO_OBJECT, WESTMOST, base_from
 
 Place = tuple[float, float, float]
-
-MIN_PIXELS = 25
-"""Least number of pixels of the object: fewer are noise, or an object that is mostly hidden."""
 
 MIN_FROM_ABOVE = 5
 """The same in a picture of the camera over the aisle, 14 mm a pixel."""
@@ -55,9 +54,6 @@ MIN_HIT = 4
 
 GREYISH = 0.15
 """Saturation below which a colour has no hue: such an object is told by its brightness."""
-
-LARGEST_SCALE = 1.5
-"""Greatest size of a part of a picture over that of the object that it may be."""
 
 WHOLE, DARK_RIM = 0.7, 0.15
 """Size of a part of a picture over that of the object below which it may be a part of it, and least share
@@ -275,7 +271,7 @@ def find_object(view: View) -> Perception:
     """
     known: dict[str, Any] = {}
     newest = -1.0
-    search = Search({}, {})
+    search = Search({}, {}, {})
     station: GripStation | None = None
     is_seen, seen_above = False, None
     is_missed = False
@@ -292,7 +288,7 @@ def find_object(view: View) -> Perception:
                         continue
                     found = _look_from_above(picture, kind, stands, view.readings)
                     if not found:
-                        if _has_colour(picture, kind, stands, view.readings):
+                        if _has_colour(picture, kind, stands, view.readings, search):
                             continue
                         if seen_above is not None and _shows(picture, seen_above[0], kind):
                             is_seen, seen_above = False, None
@@ -312,7 +308,7 @@ def find_object(view: View) -> Perception:
                 is_seen = found["object_seen"] == (True,)
                 if is_seen or (name == "mast" and not is_missed):
                     # What was looked over before it was missed says nothing of where it may be since.
-                    search = Search({}, {})
+                    search = Search({}, {}, {})
                 is_missed = not is_seen and (is_missed or name == "mast")
                 if is_seen:
                     station = _farther_aside(station, found)
@@ -321,10 +317,17 @@ def find_object(view: View) -> Perception:
                 for variable, value in found.items():
                     known[variable] = None if value is None else estimate(*value, time=picture.time)
                 is_look = name == "mast" and not is_seen
-                shown = (picture.points(), is_lit_for(picture.rgb, kind.colour)) if is_look else NOTHING
+                shown, unlike = NOTHING, None
+                if is_look:
+                    points = picture.points()
+                    shown = (points, is_lit_for(picture.rgb, kind.colour))
+                    unlike = points[_find_kind(picture, points, kind, stands, view.readings)[1]]
                 partly = found.get("object_dark_place")
                 last = _last(known) if partly is None else partly[0]
-                known |= search.look_at(picture.time, *shown, stands, last, is_partly_dark=partly is not None)
+                is_partly = partly is not None
+                known |= search.look_at(
+                    picture.time, *shown, stands, last, is_partly_dark=is_partly, unlike=unlike
+                )
             newest = max(picture.time for picture in view.pictures.values())
         view = yield known.copy()
 
@@ -362,9 +365,11 @@ def track(view: View) -> Perception:
     What was seen before it was held no longer holds.
     """
     moved_at = -1.0
+    slips = NO_SLIP
     while True:
         given = view.readings
         held = _is_held(given)
+        slips = slips_with(slips, given, held)
         if held:
             moved_at = view.time
         seen_at = given.get("object_seen_time", -1.0) if given.get("object_seen") else -1.0
@@ -372,6 +377,8 @@ def track(view: View) -> Perception:
         values: dict[str, Any] = {
             "object_grasped": held,
             "object_detected": None if held is None else held or is_fresh,
+            "object_slips": None if held is None else slips.times,
+            "object_slips_out": None if held is None else slips.times >= SLIPS_OUT,
         }
         kind, place = _kind(given), _place(given)
         is_lying = given.get("object_lying") is True
@@ -406,7 +413,7 @@ def track(view: View) -> Perception:
 
 
 def _is_searched(given: Mapping[str, Any]) -> bool:
-    return given.get("object_absent") is True or given.get("search_darkened") is True
+    return any(given.get(name) is True for name in ("object_absent", "search_darkened", "object_unlike"))
 
 
 def remember(view: View) -> Perception:
@@ -500,7 +507,7 @@ def _look(
     Only the mast's camera sees if there is room for a hand around it, and if it is where it belongs.
     """
     points, belongs = picture.points(), _place(given)
-    mask = _find_kind(picture, points, kind, stands, given)
+    mask, _ = _find_kind(picture, points, kind, stands, given)
     values: dict[str, tuple[Any, ...] | None] = {}
     if belongs is not None and is_mast:
         x, y, surveyed = belongs
@@ -675,10 +682,12 @@ def _look_from_above(
     }
 
 
-def _has_colour(picture: Picture, kind: Kind, stands: Points, given: Mapping[str, Any]) -> bool:
+def _has_colour(
+    picture: Picture, kind: Kind, stands: Points, given: Mapping[str, Any], search: Search
+) -> bool:
     """Check that a picture may show the object, anywhere near the stands; True while the base is unknown.
 
-    At the carriage, too, which hides no colour but grey.
+    At the carriage, too, which hides no colour but grey; not where the mast showed what is larger.
     """
     if "base_position" not in given:
         return True
@@ -686,7 +695,7 @@ def _has_colour(picture: Picture, kind: Kind, stands: Points, given: Mapping[str
     mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
     if _is_grey(kind):
         mask &= _is_off_robot(points, given)
-    return int(mask.sum()) >= MIN_FROM_ABOVE
+    return search.count_elsewhere(points[mask], stands) >= MIN_FROM_ABOVE
 
 
 def _is_grey(kind: Kind) -> bool:
@@ -717,20 +726,16 @@ def _floor_points(picture: Picture, kind: Kind, given: Mapping[str, Any]) -> tup
 
 def _find_kind(
     picture: Picture, points: Points, kind: Kind, stands: Points, given: Mapping[str, Any]
-) -> Mask:
-    """Return the largest part of the object's colour that is not larger than the object; empty if none is.
+) -> tuple[Mask, Mask]:
+    """Return the largest part of the object's colour that is not larger than it, and all that are larger.
 
     Robot, carriage and floor are grey, so what is on them counts for no grey object.
     """
     mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
     if _is_grey(kind):
         mask &= _is_off_robot(points, given)
-    parts = sorted(separate_parts(mask, MIN_PIXELS), key=np.count_nonzero, reverse=True)
-    for part in parts:
-        low, high = np.percentile(points[part], (2.0, 98.0), axis=0)
-        if float(np.linalg.norm(high - low)) <= LARGEST_SCALE * kind.diagonal:
-            return part
-    return np.zeros_like(mask)
+    part, larger = parts_of(mask, points, kind.diagonal)
+    return np.zeros_like(mask) if part is None else part, larger
 
 
 def _is_partly_dark(picture: Picture, points: Points, mask: Mask, kind: Kind) -> bool:

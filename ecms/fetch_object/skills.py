@@ -394,8 +394,8 @@ def _search(observed: Observation) -> Task:
 
 
 def _is_searched(observed: Observation) -> bool:
-    """Check that pictures have shown every place where it can be, or that the rest of them is dark."""
-    return observed.get("object_absent") is True or observed.get("search_darkened") is True
+    """Check that pictures have shown every place where it can be, or that the rest is dark or unlike it."""
+    return any(observed.get(name) is True for name in ("object_absent", "search_darkened", "object_unlike"))
 
 
 def _drive(x: float, y: float) -> Task:

@@ -19,6 +19,8 @@ from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from ecms.fetch_object import perceivers
+from ecms.fetch_object.parts import parts_of
+from ecms.fetch_object.search import Search
 from ecms.fetch_object.stations import base_from
 from tests.modules.looking import GREY, Put, Top, Watched, as_picture, draw
 
@@ -112,9 +114,11 @@ def test_without_enough_red_there_is_no_can() -> None:
             "object_seen",
             "object_searched",
             "object_absent",
+            "object_unlike",
             "search_darkened",
         }
-        assert (found["object_seen"], found["object_absent"], found["search_darkened"]) == (False,) * 3
+        named = ("object_seen", "object_absent", "object_unlike", "search_darkened")
+        assert [found[name] for name in named] == [False] * 4
 
 
 def test_the_searched_area_grows_until_the_object_is_seen() -> None:
@@ -296,6 +300,8 @@ def test_the_hand_sees_where_the_can_is_and_how_it_lies() -> None:
     search = {
         "object_searched": 0.0,
         "object_absent": False,
+        "object_unlike": False,
+        "object_unlike_place": None,
         "search_darkened": False,
         "object_dark_place": None,
     }
@@ -350,7 +356,9 @@ def test_without_a_gripper_nothing_is_known_of_the_hand() -> None:
     found = watched.see(0.0)
     assert (found["object_grasped"], found["object_detected"]) == (None, None)
     assert found["robot_at_target"] is True
-    assert Watched("fetch_object", "track").see(0.0).keys() == {"object_grasped", "object_detected"}
+    felt = Watched("fetch_object", "track").see(0.0)
+    assert felt.keys() == {"object_grasped", "object_detected", "object_slips", "object_slips_out"}
+    assert set(felt.values()) == {None}
 
 
 @pytest.mark.parametrize(
@@ -761,3 +769,69 @@ def test_places_that_were_looked_over_before_the_object_was_missed_do_not_count(
     after = watched.see(2.0, draw(ABOVE, [], name="mast", time=2.0))["object_searched"]
     assert before > 0.0
     assert missed == after > 0.0
+
+
+@pytest.mark.parametrize(("gap", "fits"), [(0.10, True), (0.04, True), (0.005, False)])
+def test_things_of_a_kind_that_are_one_part_of_a_picture_are_separated_by_their_places(
+    gap: float, fits: bool
+) -> None:
+    points = np.zeros((40, 40, 3))
+    points[:, :, 1] = np.linspace(0.0, 0.04, 40)
+    points[:20, :, 0], points[20:, :, 0] = (
+        np.linspace(start, start + 0.04, 20)[:, None] for start in (0.0, 0.04 + gap)
+    )
+    part, larger = parts_of(np.ones((40, 40), np.bool_), points, 0.045)
+    assert bool(part is not None and int(part.sum()) == 800) is fits
+    assert larger.all() if not fits else not larger.any()
+
+
+def test_a_thing_of_its_colour_that_is_larger_is_no_proof_that_it_is_not_there() -> None:
+    larger = STANDING._replace(half=(0.06, 0.06), is_round=False)
+    search = Search({}, {}, {})
+    stands = np.array([[0.0, 0.2], [0.1, 0.3]])
+    points = np.stack(np.meshgrid(np.arange(-2, 2, 0.04), np.arange(-2, 2, 0.04), [0.0]), axis=-1).reshape(
+        -1, 3
+    )
+    lit = np.ones(len(points), np.bool_)
+    empty = search.look_at(0.0, points, lit, stands, None)
+    assert (empty["object_absent"].value, empty["object_unlike"].value) == (True, False)
+    red = np.array([[0.0, 0.2, 0.1]])
+    shown = search.look_at(1.0, points, lit, stands, None, unlike=red)
+    assert (shown["object_absent"].value, shown["object_unlike"].value) == (False, True)
+    assert shown["object_unlike_place"].value == pytest.approx((0.0, 0.2, 0.1))
+    assert (search.count_elsewhere(red, stands), search.count_elsewhere(red + 0.5, stands)) == (0, 1)
+    # A later picture shows something else there.
+    gone = search.look_at(2.0, points, lit, stands, None, unlike=red[:0])
+    assert (gone["object_absent"].value, gone["object_unlike"].value) == (True, False)
+    found = from_mast(larger)
+    assert (found["object_seen"], found["object_absent"]) == (False, False)
+    assert found["object_unlike_place"] == pytest.approx((0.6, 0.2, 0.08), abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("gap_after", "height_after", "times"),
+    [(0.010, 0.25, 1), (0.080, 0.25, 0), (0.044, 0.26, 0)],
+)
+def test_an_object_that_leaves_closed_fingers_as_they_rise_has_slipped(
+    gap_after: float, height_after: float, times: int
+) -> None:
+    watched = Watched("fetch_object", "track", {**WANTED, **SURVEY})
+    base = {"holding": True, "finger_gap": 0.044, "base_position": (0.0, 0.2, 0.0)}
+    watched.readings |= {**base, "tool_position": (0.6, 0.2, 0.15)}
+    assert watched.see(0.0)["object_slips"] == 0
+    watched.readings |= {"finger_gap": gap_after, "holding": gap_after == 0.044}
+    watched.readings |= {"tool_position": (0.6, 0.2, height_after)}
+    found = watched.see(1.0)
+    assert (found["object_slips"], found["object_slips_out"]) == (times, False)
+
+
+def test_two_slips_in_a_row_are_more_than_chance_and_those_of_another_object_do_not_count() -> None:
+    watched = Watched("fetch_object", "track", {**WANTED, **SURVEY})
+    watched.readings |= {"base_position": (0.0, 0.2, 0.0), "tool_position": (0.6, 0.2, 0.15)}
+    for time in range(4):
+        is_held = time % 2 == 0
+        watched.readings |= {"holding": is_held, "finger_gap": 0.044 if is_held else 0.010}
+        found = watched.see(float(time))
+    assert (found["object_slips"], found["object_slips_out"]) == (2, True)
+    watched.readings |= {"object": "blue_block"}
+    assert watched.see(4.0)["object_slips_out"] is False

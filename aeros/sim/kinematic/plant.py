@@ -46,6 +46,7 @@ class KinematicPlant(FixedStepPlant):
         self._free_posture: tuple[float, ...] = ()  # the latest in which no links were found to meet
         self._arm = KinematicRobot(scene.robot, scene.build(RandomSource(seed)))
         super().__init__(self._arm, scene.cameras)
+        scene.place_robot(self._state)
         for camera in scene.initial_cameras:
             self._pictures[camera] = self._look(camera)
         self._area_sensor: AreaSensor | None = None

@@ -110,6 +110,8 @@ OBSERVED: Final[dict[str, Any]] = {
     "object_seen_time": 1.0,
     "object_searched": 0.4,
     "object_dark_place": (1.7, -1.1, 0.44),
+    "object_unlike_place": (1.7, -1.1, 0.44),
+    "object_slips": 0,
     "object_distance": 0.6,
     "object_grip_offset": (0.0, 0.0, 0.0),
     "object_grip_height": 0.012,

@@ -23,6 +23,7 @@ OF_THE_ROBOT: Final = {
     "object_detected",
     "object_fits",
     "object_absent",
+    "object_unlike",
     "search_darkened",
     "robot_at_target",
     "overhead_off",

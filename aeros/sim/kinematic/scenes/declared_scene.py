@@ -100,9 +100,13 @@ class DeclaredScene:
         self._cut: tuple[object, tuple[Section, ...]] | None = None
         return self._things
 
+    def place_robot(self, state: RobotState) -> None:
+        """Implement `KinematicScene.place_robot`."""
+        self._robot_points = (state.base_position, state.tool_position)
+
     def tick(self, state: RobotState) -> None:
         """Implement `KinematicScene.tick`: wipe, fold, and judge seals and timers."""
-        self._robot_points = (state.base_position, state.tool_position)
+        self.place_robot(state)
         self._ticks += 1
         for coating in self._coatings.values():
             wiper = self._objects.get(coating.coating.wiped_by)

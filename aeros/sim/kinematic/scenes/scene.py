@@ -49,6 +49,13 @@ class KinematicScene(Protocol):
             Values by name of the state variable, SI, positions in W.
         """
 
+    def place_robot(self, state: RobotState) -> None:
+        """Note where the robot is before the first tick, for conditions and surveyed places.
+
+        Args:
+            state: of the robot.
+        """
+
     def truth(self) -> Mapping[str, int]:
         """Judge the goals by what is true in the world; nothing that acts may see it.
 

@@ -8,6 +8,7 @@ import pytest
 
 from aeros.sim.geometry import Pose, yaw_orientation
 from aeros.sim.kinematic.objects import ObjectSet
+from aeros.sim.kinematic.plant import KinematicPlant
 from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotState
@@ -121,3 +122,11 @@ def test_an_empty_table_supports_the_hand_and_has_no_camera() -> None:
 def test_a_scene_without_a_robot_is_refused() -> None:
     with pytest.raises(UserError, match="has no `robot`"):
         DeclaredScene(load_scene("shelf_behind"))
+
+
+def test_before_the_first_tick_truth_is_of_where_the_robot_begins(tmp_path: Path) -> None:
+    raised = "robot.base.z < 0.4 m and robot.tool.z > 0.6 m"
+    text = ROOM.replace("robot.base.x > 0.5 m and robot.tool.x > 8 m", raised)
+    (tmp_path / "room.yaml").write_text(text)
+    plant = KinematicPlant(DeclaredScene(load_scene(str(tmp_path / "room.yaml"))), 0)
+    assert plant.truth() == {"held": False, "near": True}
