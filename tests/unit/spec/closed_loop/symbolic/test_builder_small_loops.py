@@ -1,0 +1,76 @@
+"""Small loops, of which each shows one turn that a plan may take, against the list of their states."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from aeros.spec.model.ecm import PlanningRule
+from tests.unit.agent.dumplings import module, outcome, rule, skill, task
+from tests.unit.spec.closed_loop.symbolic.listed_states import assert_as_listed
+
+WRAPPED, COOKED, ALIGNED = "dumpling_wrapped", "dumpling_cooked", "wrapper_aligned"
+TORN = outcome("torn", {}, failure=True)
+SKILLS = (
+    skill("wrap", outcome("wrapped", {WRAPPED: True}), TORN),
+    skill("fold", outcome("folded", {WRAPPED: True}), precondition=ALIGNED),
+    skill("boil", outcome("cooked", {COOKED: True}), TORN, precondition=WRAPPED),
+    skill("steam", outcome("cooked", {COOKED: True}), outcome("burst", {WRAPPED: False}, failure=True)),
+    skill("align", outcome("aligned", {ALIGNED: True}), TORN),
+    skill("press", outcome("pressed", {ALIGNED: True}), precondition=f"not {WRAPPED}"),
+    skill("tilt", outcome("tilted", {ALIGNED: False, WRAPPED: True}, failure=True)),
+    skill("slip", outcome("slipped", {ALIGNED: False}, failure=True), precondition=ALIGNED),
+    skill("bake", outcome("baked", {COOKED: True}), outcome("raw", {ALIGNED: True}, failure=True)),
+    skill("sure", replace(outcome("done", {WRAPPED: True}), probability=Fraction(1)), TORN),
+)
+CAPABILITIES = {
+    "wrapping": ("wrap", "fold"),
+    "cooking": ("boil", "steam"),
+    "helping": ("align", "press"),
+    "pressing": ("press", "slip"),
+}
+WRAPPING, COOKING = rule(WRAPPED, "wrap"), rule(COOKED, "boil")
+EITHER = f"{WRAPPED} or {ALIGNED}"
+
+LOOPS: dict[str, tuple[PlanningRule, ...]] = {
+    "each step is tried once": (WRAPPING, COOKING),
+    "a step is tried again": (rule(WRAPPED, "wrap", 2), COOKING),
+    "only the last rule is due in a new plan": (COOKING, WRAPPING),
+    "a step cannot start, at a further try": (rule(COOKED, "slip", 2), WRAPPING),
+    "so it is after a recovery": (rule(COOKED, "slip", 1, "tilt"), WRAPPING),
+    "a recovery lies between two tries": (rule(WRAPPED, "wrap", 2, "align"), COOKING),
+    "a recovery cannot always start": (rule(WRAPPED, "tilt", 1, "press"), rule(ALIGNED, "align")),
+    "one of several recoveries": (rule(WRAPPED, "wrap", 1, "helping"), COOKING),
+    "either recovery may be unable to start": (rule(WRAPPED, "tilt", 1, "pressing"), COOKING),
+    "a recovery makes the next try needless": (rule(EITHER, "wrap", 1, "align"), rule(COOKED, "steam")),
+    "a recovery reaches the goal": (rule(WRAPPED, "wrap", 1, "bake"),),
+    "a reset follows the last try": (rule(WRAPPED, "wrap", 1, None, "align"), COOKING),
+    "a reset and recoveries": (rule(WRAPPED, "wrap", 1, "align", "bake"), COOKING),
+    "a reset cannot always start": (rule(WRAPPED, "tilt", 0, None, "press"), COOKING),
+    "one of several resets": (rule(COOKED, "steam", 1, None, "helping"), WRAPPING),
+    "a failed step is done all the same": (rule(EITHER, "bake", 1, "align"), COOKING),
+    "a failure makes the next step needless": (rule(COOKED, "bake"), rule(EITHER, "fold")),
+    "a step is left out as another has done it": (rule(EITHER, "align"), rule(ALIGNED, "wrap"), COOKING),
+    "the agent chooses a skill": (rule(WRAPPED, "wrapping"), rule(COOKED, "cooking")),
+    "it chooses at each try": (rule(COOKED, "cooking", 1), rule(WRAPPED, "wrap")),
+    "an outcome has no probability": (rule(WRAPPED, "sure", 1), COOKING),
+    "an unlikely failure is reset": (rule(WRAPPED, "sure", 1, "press", "tilt"), COOKING),
+    "a plan is rejected": (rule(WRAPPED, "wrap", 0, None, "wrap"), COOKING),
+    "two rules are rejected together": (
+        rule(WRAPPED, "wrap", 0, None, "boil"),
+        rule(COOKED, "boil", 0, None, "wrap"),
+    ),
+    "a plan has too many tries": (rule(WRAPPED, "wrap", 4), COOKING),
+    "no rule applies before the goal": (rule(EITHER, "wrap"),),
+}
+
+
+@pytest.mark.parametrize("initial", [{}, dict.fromkeys((COOKED, WRAPPED, ALIGNED), False)], ids=["any", "none"])
+@pytest.mark.parametrize("name", LOOPS)
+def test_a_loop_comes_through_the_states_that_are_listed(name: str, initial: dict[str, Any]) -> None:
+    pursued = replace(task("cook", ("cook",), COOKED, *LOOPS[name]), initial=initial)
+    ecm = replace(module("kitchen", SKILLS, pursued), capabilities=CAPABILITIES)
+    assert_as_listed(ecm, pursued)
