@@ -8,12 +8,14 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.closed_loop import markov_chain
+from aeros.spec.closed_loop.giving_up import declared_beliefs
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
-from aeros.spec.closed_loop.markov_chain import Prediction, predict
+from aeros.spec.closed_loop.markov_chain import Prediction, predict, rank_of
 from aeros.spec.closed_loop.outcome_probabilities import with_probabilities
-from aeros.spec.closed_loop.transition_system import TransitionSystem
+from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
 from aeros.spec.model.ecm import Ecm, PlanningRule, Skill
 from tests.unit.agent.dumplings import module, outcome, rule, site, skill, task
+from tests.unit.spec.closed_loop.symbolic.test_builder_small_loops import LOOPS, kitchen
 
 NONE = Fraction(0)
 BOIL = skill("boil", outcome("cooked", {"dumpling_cooked": True}), outcome("raw", {}, failure=True))
@@ -121,3 +123,21 @@ def test_states_that_meet_again_add_up() -> None:
         ),
     )
     assert predicted(ecm, 0) == Prediction(Fraction(2, 3), Fraction(2), NONE, NONE, NONE)
+
+
+@pytest.mark.parametrize("gives_up", [False, True])
+def test_every_move_leads_to_a_higher_rank(gives_up: bool) -> None:
+    for rules in LOOPS.values():
+        ecm, pursued = kitchen(*rules)
+        beliefs = declared_beliefs(ecm) if gives_up else None
+        system = TransitionSystem(ecm, pursued, site(), beliefs)
+        pending = [(0, LoopState("plan", system.start(dict.fromkeys(system.names, False))))]
+        seen = set(pending)
+        while pending:
+            made, node = pending.pop()
+            for move in system.transitions(node):
+                after = (made + (move.target.phase == "plan"), move.target)
+                assert rank_of(*after) > rank_of(made, node)
+                if after not in seen and after[0] < 3:
+                    seen.add(after)
+                    pending.append(after)

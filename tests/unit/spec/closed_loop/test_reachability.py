@@ -126,3 +126,23 @@ def test_a_goal_that_a_step_may_leave_true_or_false_is_not_within_reach(
     reachable = explore_task(replace(ecm, definitions=places.DEFINITIONS), arrive, places.site())
     assert any(reachable.nodes_that_can_miss_goal()) is misses
     assert ("may be either after `go" in reachable.system.inexact_reason) is misses
+
+
+def test_a_goal_that_both_values_of_an_open_predicate_lead_to_is_within_reach() -> None:
+    """The drive leaves `m.docked` true or false; each way, a plan goes on to what is held."""
+    going, holding = (
+        PlanningRule(places.term(text), text, name, {}, 0, None, None, SPAN)
+        for text, name in (("m.docked", "go"), ("holding", "grab"))
+    )
+    pursued = Task("get", (), places.term("holding"), "holding", (going, holding), {}, None, SPAN)
+    ecm = module(
+        "m",
+        (
+            places.asking("go", outcome("gone", {})),
+            places.asking("grab", outcome("grabbed", {"holding": True}), kinds=()),
+        ),
+    )
+    reachable = explore_task(replace(ecm, definitions=places.DEFINITIONS), pursued, places.site())
+    (start,) = (node for node in reachable.graph if node.phase == "try" and len(node.remaining_rules) == 2)
+    assert {move.case for move in reachable.system.transitions(start)} == {"0"}
+    assert list(reachable.nodes_that_can_miss_goal()) == []

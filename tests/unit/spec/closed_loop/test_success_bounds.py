@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -15,11 +16,14 @@ from aeros.spec.closed_loop.success_bounds import SuccessBounds, bound_success
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.ecm import PlanningRule, Task
 from tests.differential.planning.small_tasks import Case, cases
 from tests.differential.planning.test_giving_up import with_all_failures
 from tests.differential.reference_cases import predicted
 from tests.hypothesis_profiles import examples
 from tests.repo.tree import ROOT
+from tests.unit.agent.dumplings import SPAN, module, outcome
+from tests.unit.spec.consequences import places
 
 CORPUS = ROOT / "tests" / "corpus"
 
@@ -71,6 +75,19 @@ def test_a_failed_branch_leaves_the_other_anywhere(replans: int) -> None:
         alone = Fraction(1, 2) + Fraction(1, 2) * alone
     at_best = 1 - failed + failed * alone
     assert bounds("branches_that_may_fail", replans) == SuccessBounds(at_worst, at_best)
+
+
+@pytest.mark.parametrize("replans", [0, 2])
+def test_an_outcome_that_leaves_the_goal_true_or_false_is_a_success_at_best(replans: int) -> None:
+    # One drive in four brings the cup. After each, nothing decides if the robot is docked.
+    goal = "m.docked or holding"
+    reached = PlanningRule(places.term(goal), goal, "go", {}, 0, None, None, SPAN)
+    task = Task("arrive", (), places.term(goal), goal, (reached,), {}, None, SPAN)
+    lucky = replace(outcome("lucky", {"holding": True}), probability=Fraction(1, 4))
+    ecm = module("m", (places.asking("go", lucky, outcome("gone", {})),))
+    system = TransitionSystem(replace(ecm, definitions=places.DEFINITIONS), task, places.site())
+    found = bound_success(system, (False, False), replans)
+    assert found == SuccessBounds(1 - Fraction(3, 4) ** (1 + replans), Fraction(1))
 
 
 def test_a_chain_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

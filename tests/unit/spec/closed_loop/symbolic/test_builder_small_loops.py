@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 import pytest
 
-from aeros.spec.model.ecm import PlanningRule
+from aeros.spec.model.ecm import Ecm, PlanningRule, Task
 from tests.unit.agent.dumplings import module, outcome, rule, skill, task
 from tests.unit.spec.closed_loop.symbolic.listed_states import assert_as_listed
 
@@ -68,9 +67,14 @@ LOOPS: dict[str, tuple[PlanningRule, ...]] = {
 }
 
 
-@pytest.mark.parametrize("initial", [{}, dict.fromkeys((COOKED, WRAPPED, ALIGNED), False)], ids=["any", "none"])
+def kitchen(*rules: PlanningRule, **initial: bool) -> tuple[Ecm, Task]:
+    pursued = replace(task("cook", ("cook",), COOKED, *rules), initial=initial)
+    return replace(module("kitchen", SKILLS, pursued), capabilities=CAPABILITIES), pursued
+
+
+@pytest.mark.parametrize(
+    "initial", [{}, dict.fromkeys((COOKED, WRAPPED, ALIGNED), False)], ids=["any", "none"]
+)
 @pytest.mark.parametrize("name", LOOPS)
-def test_a_loop_comes_through_the_states_that_are_listed(name: str, initial: dict[str, Any]) -> None:
-    pursued = replace(task("cook", ("cook",), COOKED, *LOOPS[name]), initial=initial)
-    ecm = replace(module("kitchen", SKILLS, pursued), capabilities=CAPABILITIES)
-    assert_as_listed(ecm, pursued)
+def test_a_loop_comes_through_the_states_that_are_listed(name: str, initial: dict[str, bool]) -> None:
+    assert_as_listed(*kitchen(*LOOPS[name], **initial))

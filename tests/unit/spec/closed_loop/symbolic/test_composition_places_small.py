@@ -118,7 +118,9 @@ PARTS: dict[str, Part] = {
     "a step with tries within a time": seq(within(step("bake", 1, "align", "tilt")), "wrap"),
     "a held part within a time": within(hold(ALIGNED, step("bake", 1)), "roll"),
     "branches": seq(par(seq("align", "roll"), seq("bake", "unfold")), "wrap"),
-    "branches with conditions": par(when(ALIGNED, "tilt", "align"), seq("roll", when(WRAPPED, "unfold", "roll"))),
+    "branches with conditions": par(
+        when(ALIGNED, "tilt", "align"), seq("roll", when(WRAPPED, "unfold", "roll"))
+    ),
     "a branch that reaches the goal": par("align", seq("bake", "wrap")),
     "branches of which one may fail": seq(either(par("align", "bake"), "roll"), "wrap"),
     "branches within a time": seq(within(par("align", "roll")), "bake"),
