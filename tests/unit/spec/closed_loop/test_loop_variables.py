@@ -20,7 +20,12 @@ from aeros.spec.closed_loop.loop_variables import (
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.effects import Increment, QuantityRange
 from aeros.spec.expr.lower import lower
+from aeros.spec.expr.parser import parse
+from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.typecheck.check import check
+from aeros.spec.expr.types import BOOL, VectorType
+from aeros.spec.expr.units import LENGTH
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, Task, TaskInvariant
 from aeros.spec.model.hold_conditions import HOLD_LOST, STOPPED
@@ -29,6 +34,7 @@ from aeros.spec.model.rules import Conjunct
 from aeros.spec.model.step_graph import HeldPart, If
 from tests.differential.planning.number_loops import STATE
 from tests.differential.planning.number_loops import term as number_term
+from tests.unit.agent import dumplings
 from tests.unit.agent.dumplings import FORCE, PREDICATES, SPAN, module, rule, site, skill, task, term
 
 HALF, FULL = Fraction(1, 2), Fraction(1)
@@ -214,6 +220,21 @@ def test_numbers_of_a_vector_are_those_of_its_components() -> None:
     starts = found.starts({"tool": (Fraction(0), Fraction(0), Fraction(1, 5))})
     assert starts["tool.z"] == (Fraction(1, 5),)
     assert starts["joint[j2]"] == found.values["joint[j2]"]
+
+
+def test_parts_of_variables_of_a_module_have_the_declaration_of_the_whole() -> None:
+    declared = {
+        "m.tool": dumplings.state("m.tool", VectorType(LENGTH), (Fraction(-1), Fraction(1))),
+        "m.arm": dumplings.state("m.arm", STATE["joint"].variable.type, (Fraction(-3), Fraction(3))),
+    }
+    scope = Scope({name: one.variable for name, one in declared.items()}, enums={"joints": dumplings.JOINTS})
+    goal = check(parse("m.tool.z > 100 mm and m.arm[j2] < 0"), scope, BOOL)
+    pursued = replace(task("fill", ("fill",), PREDICATES[0]), goal=goal)
+    found = LoopVariables(module("m", (), pursued), pursued, replace(site(), state=declared))
+    assert {name: one.name for name, one in found.declared.items()} == {
+        "m.arm[j2]": "m.arm",
+        "m.tool.z": "m.tool",
+    }
 
 
 def test_values_are_written_as_in_a_manifest() -> None:

@@ -7,12 +7,21 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.spec.model.ecm import Ecm, PlanningRule, Task
-from tests.unit.agent.dumplings import module, outcome, rule, skill, task
+from aeros.spec.expr.effects import Increment
+from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, PlanningRule, Task
+from tests.differential.planning.number_loops import term
+from tests.unit.agent.dumplings import SPAN, module, outcome, rule, skill, task
 from tests.unit.spec.closed_loop.symbolic.listed_states import assert_as_listed
 
 WRAPPED, COOKED, ALIGNED = "dumpling_wrapped", "dumpling_cooked", "wrapper_aligned"
 TORN = outcome("torn", {}, failure=True)
+MORE, LESS = Increment(Fraction(1)), Increment(Fraction(-1))
+
+
+def condition(text: str) -> ActionCondition:
+    return ActionCondition(term(text), text, SPAN)
+
+
 SKILLS = (
     skill("wrap", outcome("wrapped", {WRAPPED: True}), TORN),
     skill("fold", outcome("folded", {WRAPPED: True}), precondition=ALIGNED),
@@ -24,6 +33,24 @@ SKILLS = (
     skill("slip", outcome("slipped", {ALIGNED: False}, failure=True), precondition=ALIGNED),
     skill("bake", outcome("baked", {COOKED: True}), outcome("raw", {ALIGNED: True}, failure=True)),
     skill("sure", replace(outcome("done", {WRAPPED: True}), probability=Fraction(1)), TORN),
+    replace(
+        skill("add", Outcome("added", {"count": MORE}, False, None, None)),
+        precondition=condition("count < 4"),
+    ),
+    skill(
+        "fill",
+        outcome("filled", {"count": Fraction(3)}),
+        outcome("spilt", {"count": Fraction(0)}, failure=True),
+    ),
+    replace(
+        skill(
+            "take",
+            Outcome("taken", {"count": LESS, "area": "pot"}, False, None, None),
+            Outcome("dropped", {"count": LESS}, True, None, None),
+        ),
+        precondition=condition("count > 0"),
+    ),
+    skill("carry", outcome("carried", {"area": "pot"}), outcome("put_back", {"area": "table"}, failure=True)),
 )
 CAPABILITIES = {
     "wrapping": ("wrap", "fold"),
@@ -67,6 +94,25 @@ LOOPS: dict[str, tuple[PlanningRule, ...]] = {
 }
 
 
+def counted(unless: str, do: str, retry: int = 0, between: str | None = None) -> PlanningRule:
+    return replace(rule(WRAPPED, do, retry, between), satisfied_condition=term(unless), text=unless)
+
+
+COUNTS: dict[str, tuple[str, tuple[PlanningRule, ...]]] = {
+    "one more in each plan": ("count >= 3", (counted("count >= 3", "add"),)),
+    "two more in each plan": ("count == 4", (counted("count >= 4", "add"), counted("count == 4", "add"))),
+    "a goal that may be missed": ("count == 3", (counted("count == 3", "add"), counted("count < 4", "fill"))),
+    "a step that cannot start at the limit": ("count == 0", (counted("count == 0", "add"),)),
+    "a failure that counts": ("area == pot", (counted("area == pot", "take", 2),)),
+    "a recovery that counts": ("area == pot", (counted("area == pot", "carry", 1, "take"),)),
+    "a failure that loses all": ("count >= 2", (counted("count >= 2", "fill", 1, "add"),)),
+    "a count and a place": (
+        "count == 2 and area == pot",
+        (counted("count >= 2", "add"), counted("area == pot", "carry")),
+    ),
+}
+
+
 def kitchen(*rules: PlanningRule, **initial: bool) -> tuple[Ecm, Task]:
     pursued = replace(task("cook", ("cook",), COOKED, *rules), initial=initial)
     return replace(module("kitchen", SKILLS, pursued), capabilities=CAPABILITIES), pursued
@@ -78,3 +124,10 @@ def kitchen(*rules: PlanningRule, **initial: bool) -> tuple[Ecm, Task]:
 @pytest.mark.parametrize("name", LOOPS)
 def test_a_loop_comes_through_the_states_that_are_listed(name: str, initial: dict[str, bool]) -> None:
     assert_as_listed(*kitchen(*LOOPS[name], **initial))
+
+
+@pytest.mark.parametrize("name", COUNTS)
+def test_a_loop_that_counts_comes_through_the_states_that_are_listed(name: str) -> None:
+    goal, rules = COUNTS[name]
+    ecm, pursued = kitchen(*rules)
+    assert_as_listed(ecm, replace(pursued, goal=term(goal), goal_text=goal, initial={"area": "table"}))

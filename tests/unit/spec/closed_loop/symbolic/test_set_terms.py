@@ -13,6 +13,7 @@ from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.types import BOOL
 from tests.differential.planning.number_loops import term
 from tests.unit.agent.dumplings import rule
+from tests.unit.spec.closed_loop.symbolic.certificates import type_of
 from tests.unit.spec.closed_loop.symbolic.loops_by_hand import loop
 
 CONDITIONS = [
@@ -28,6 +29,7 @@ LEVELS = [Fraction(number, 8) for number in range(9)]
 def is_in(made: SetTerms, condition: t.Term, env: dict[str, Value]) -> bool:
     """Evaluate a condition over defined truth values, whose definitions come before their use."""
     whole = dict(env)
+    assert all(type_of(one) == BOOL for one in (condition, *made.definitions))
     for one, definition in zip(made.defined, made.definitions, strict=True):
         whole[one.name] = is_true(definition, {**whole, one.name: True})
     return is_true(condition, whole)
