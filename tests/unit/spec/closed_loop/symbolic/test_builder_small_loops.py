@@ -32,6 +32,7 @@ SKILLS = (
     skill("tilt", outcome("tilted", {ALIGNED: False, WRAPPED: True}, failure=True)),
     skill("slip", outcome("slipped", {ALIGNED: False}, failure=True), precondition=ALIGNED),
     skill("bake", outcome("baked", {COOKED: True}), outcome("raw", {ALIGNED: True}, failure=True)),
+    skill("char", outcome("charred", {COOKED: True}, failure=True), TORN),
     skill("sure", replace(outcome("done", {WRAPPED: True}), probability=Fraction(1)), TORN),
     replace(
         skill("add", Outcome("added", {"count": MORE}, False, None, None)),
@@ -77,6 +78,10 @@ LOOPS: dict[str, tuple[PlanningRule, ...]] = {
     "a reset and recoveries": (rule(WRAPPED, "wrap", 1, "align", "bake"), COOKING),
     "a reset cannot always start": (rule(WRAPPED, "tilt", 0, None, "press"), COOKING),
     "one of several resets": (rule(COOKED, "steam", 1, None, "helping"), WRAPPING),
+    "a reset follows a later step": (WRAPPING, rule(COOKED, "steam", 1, None, "align")),
+    "a recovery of a later step": (WRAPPING, rule(COOKED, "steam", 2, "tilt")),
+    "a failure reaches the goal": (rule(WRAPPED, "char", 1, "align"), rule(ALIGNED, "align")),
+    "a last failure reaches the goal": (rule(WRAPPED, "char", 0, None, "align"), rule(ALIGNED, "align")),
     "a failed step is done all the same": (rule(EITHER, "bake", 1, "align"), COOKING),
     "a failure makes the next step needless": (rule(COOKED, "bake"), rule(EITHER, "fold")),
     "a step is left out as another has done it": (rule(EITHER, "align"), rule(ALIGNED, "wrap"), COOKING),

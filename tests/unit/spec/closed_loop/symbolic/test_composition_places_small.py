@@ -43,6 +43,7 @@ SKILLS = (
     skill("slip", outcome("slipped", {ALIGNED: False}, failure=True), precondition=ALIGNED),
     skill("knead", outcome("kneaded", {DOUGH: True}), outcome("dry", {ALIGNED: True}, failure=True)),
     skill("roll", outcome("rolled", {DOUGH: True})),
+    skill("slump", outcome("slumped", {}, failure=True)),
     skill("sure", replace(outcome("done", {WRAPPED: True}), probability=Fraction(1)), TORN),
 )
 
@@ -112,9 +113,14 @@ PARTS: dict[str, Part] = {
     "a held part that loses its condition": seq(either(hold(ALIGNED, "tilt", "wrap"), "align"), "bake"),
     "a held part that fails": seq(either(hold(ALIGNED, "knead", "fold"), "wrap"), "bake"),
     "a held part around a check": hold(f"not {DOUGH}", "knead", check(ALIGNED), "bake"),
+    "a held part after the goal": seq("bake", hold(ALIGNED, "roll")),
+    "tries that are left out": seq(step("slump", 1, "roll", "align"), "bake"),
     "a part held within another": hold(f"not {COOKED}", hold(ALIGNED, "fold", "unfold"), "wrap"),
     "a part within a time": seq(within("wrap", "align"), "bake"),
     "alternatives to a part within a time": seq(either(within("knead", "roll"), "tilt"), "bake"),
+    "a choice within a time": seq(
+        either(within(step("any", 0, None, None, "fold", "roll")), Seq(())), "boil"
+    ),
     "a step with tries within a time": seq(within(step("bake", 1, "align", "tilt")), "wrap"),
     "a held part within a time": within(hold(ALIGNED, step("bake", 1)), "roll"),
     "branches": seq(par(seq("align", "roll"), seq("bake", "unfold")), "wrap"),

@@ -23,7 +23,7 @@ CONDITIONS = [
     "dumpling_cooked and area == pot",
     "fill_level > 0 and fill_level < 0.25",
 ]
-LEVELS = [Fraction(number, 8) for number in range(9)]
+LEVELS = [Fraction(number, 16) for number in range(17)]
 
 
 def is_in(made: SetTerms, condition: t.Term, env: dict[str, Value]) -> bool:
