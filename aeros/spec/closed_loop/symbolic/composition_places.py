@@ -12,8 +12,9 @@ on.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any, Final
 
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
@@ -74,6 +75,8 @@ class CompositionPlaces:
         add: adds a place with its moves.
         find_skill: describes a skill with constant inputs.
         describe_stop: describes the stop of a part as a skill.
+        uncertain: predicates that may be unknown although everything is measured; an `if` that one of them
+            decides may fail.
     """
 
     def __init__(
@@ -83,12 +86,14 @@ class CompositionPlaces:
         add: AddInside,
         find_skill: FindSkill,
         describe_stop: DescribeStop,
+        uncertain: Collection[str] = (),
     ) -> None:
         self._composition = composition
         self._goal = goal
         self._add = add
         self._find_skill = find_skill
         self._describe_stop = describe_stop
+        self._uncertain = frozenset(uncertain)
         self._may_go_on = False
         self._around: list[_Surrounding] = []
 
@@ -168,11 +173,31 @@ class CompositionPlaces:
     def _if(self, part: If[Step], done: Place, failed: Place) -> Place:
         condition, open_ = lower(part.condition), negate(self._goal)
         other = failed if part.otherwise is None else self._part(part.otherwise, done, failed)
+        then = self._part(part.then, done, failed)
+        undecided = self._undecided(condition)
+        unknown = ProgramBranch(undecided, (End(t.TRUE, failed),), is_likely=False)
         return self._add(
             step(self._goal, done),
-            step(all_of(open_, condition), self._part(part.then, done, failed)),
-            step(all_of(open_, negate(condition)), other),
+            *(
+                Move(
+                    all_of(open_, holds),
+                    (
+                        ProgramBranch(t.TRUE, (End(t.TRUE, target),)),
+                        *([] if undecided == t.FALSE else [unknown]),
+                    ),
+                )
+                for holds, target in ((condition, then), (negate(condition), other))
+            ),
         )
+
+    def _undecided(self, condition: t.Term) -> t.Term:
+        """Make the condition that a condition may be unknown, although everything is measured."""
+        names = sorted(t.variables_of(condition).keys() & self._uncertain)
+        known = [
+            lower(t.substitute(condition, dict(zip(names, values, strict=True))))
+            for values in product((t.FALSE, t.TRUE), repeat=len(names))
+        ]
+        return all_of(any_of(known), any_of([negate(one) for one in known])) if names else t.FALSE
 
     def _step(self, one: Step, done: Place, failed: Place) -> Place:
         """Add the tries of a step and what follows its failure."""
@@ -240,7 +265,12 @@ class CompositionPlaces:
         for branch in part.branches:
             alone = _PlacesOfBranch()
             maker = CompositionPlaces(
-                self._composition, self._goal, alone.add, self._find_skill, self._describe_stop
+                self._composition,
+                self._goal,
+                alone.add,
+                self._find_skill,
+                self._describe_stop,
+                self._uncertain,
             )
             maker._may_go_on = self._may_go_on
             entries.append(maker._part(branch, _DONE, _FAILED))

@@ -11,6 +11,7 @@ import pytest
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.perception import Definition
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.model.step_graph import (
     FailingPart,
@@ -136,15 +137,38 @@ PARTS: dict[str, Part] = {
 HANDLERS = {one.id: step(one.id) for one in SKILLS}
 
 
-@pytest.mark.parametrize(
-    ("retry", "initial"), [(1, {}), (0, dict.fromkeys((COOKED, WRAPPED, ALIGNED, DOUGH), False))]
-)
+NONE = dict.fromkeys((COOKED, WRAPPED, ALIGNED, DOUGH), False)
+
+
+def compare(body: Part, retry: int, initial: dict[str, Any], margin: Fraction | None = None) -> None:
+    """Compare the loop whose one step is a composition, with a margin of the definition of a predicate."""
+    cooking = rule(COOKED, "cooking", retry, "align" if retry else None, None if retry else "roll")
+    pursued = replace(task("cook", ("cook",), COOKED, cooking), initial=initial)
+    made = Composition("made", t.TRUE, None, body, HANDLERS, SPAN)
+    text = "fill_level > 0.5"
+    defined = {} if margin is None else {ALIGNED: Definition(term(text), text, SPAN, margin)}
+    ecm = replace(module("kitchen", SKILLS, pursued), definitions=defined)
+    assert_as_listed(replace(ecm, compositions={"made": made}, capabilities={"cooking": ("made",)}), pursued)
+
+
+@pytest.mark.parametrize(("retry", "initial"), [(1, {}), (0, NONE)], ids=["any", "none"])
 @pytest.mark.parametrize("name", PARTS)
 def test_a_composition_comes_through_the_states_that_are_listed(
     name: str, retry: int, initial: dict[str, Any]
 ) -> None:
-    cooking = rule(COOKED, "cooking", retry, "align" if retry else None, None if retry else "roll")
-    pursued = replace(task("cook", ("cook",), COOKED, cooking), initial=initial)
-    made = Composition("made", t.TRUE, None, PARTS[name], HANDLERS, SPAN)
-    ecm = module("kitchen", SKILLS, pursued)
-    assert_as_listed(replace(ecm, compositions={"made": made}, capabilities={"cooking": ("made",)}), pursued)
+    compare(PARTS[name], retry, initial)
+
+
+@pytest.mark.parametrize("margin", [Fraction(0), Fraction(1)], ids=["sharp", "with a margin"])
+@pytest.mark.parametrize(
+    "body",
+    [
+        seq(when(ALIGNED, "wrap", "wrap"), "roll"),
+        seq(when(f"{ALIGNED} or {WRAPPED}", "wrap"), "roll"),
+        seq("roll", when(f"{ALIGNED} and not {WRAPPED}", "tilt", "align"), "wrap"),
+        seq("bake", when(ALIGNED, "roll")),
+        seq(either(when(ALIGNED, "roll", "roll"), "unfold"), "wrap"),
+    ],
+)
+def test_a_condition_on_a_predicate_that_may_be_unknown_may_fail(body: Part, margin: Fraction) -> None:
+    compare(body, 0, {one: False for one in NONE if one != ALIGNED}, margin)
