@@ -16,13 +16,17 @@ from aeros.spec.closed_loop.success_bounds import SuccessBounds, bound_success
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.expr import terms as t
+from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import PlanningRule, Task
+from aeros.spec.model.step_graph import Par
 from tests.differential.planning.small_tasks import Case, cases
 from tests.differential.planning.test_giving_up import with_all_failures
 from tests.differential.reference_cases import predicted
 from tests.hypothesis_profiles import examples
 from tests.repo.tree import ROOT
-from tests.unit.agent.dumplings import SPAN, module, outcome
+from tests.unit.agent import dumplings
+from tests.unit.agent.dumplings import SPAN, module, outcome, rule, skill
 from tests.unit.spec.consequences import places
 
 CORPUS = ROOT / "tests" / "corpus"
@@ -88,6 +92,27 @@ def test_an_outcome_that_leaves_the_goal_true_or_false_is_a_success_at_best(repl
     system = TransitionSystem(replace(ecm, definitions=places.DEFINITIONS), task, places.site())
     found = bound_success(system, (False, False), replans)
     assert found == SuccessBounds(1 - Fraction(3, 4) ** (1 + replans), Fraction(1))
+
+
+@pytest.mark.parametrize(("after", "success"), [("bake", Fraction(3, 4)), (None, Fraction(1, 2))])
+def test_the_agent_s_choices_are_equally_likely_also_where_the_rest_is_not_known(
+    after: str | None, success: Fraction
+) -> None:
+    """It fries, or runs a composition that fails in one of two runs, after which the recovery bakes."""
+    cooked = outcome("cooked", {"dumpling_cooked": True})
+    skills = (
+        skill("fry", cooked),
+        skill("bake", cooked),
+        skill("wrap", outcome("wrapped", {"dumpling_wrapped": True}), outcome("torn", {}, failure=True)),
+        skill("align", outcome("aligned", {"wrapper_aligned": True})),
+    )
+    steps = tuple(Step(one, one, {}, {}, 0, None, None, SPAN) for one in ("wrap", "align"))
+    both = Composition("both", t.TRUE, None, Par(steps, SPAN), {}, SPAN)
+    task = dumplings.task("t", (), "dumpling_cooked", rule("dumpling_cooked", "cooking", 0, None, after))
+    ecm = replace(module("m", skills), compositions={"both": both}, capabilities={"cooking": ("fry", "both")})
+    system = TransitionSystem(ecm, task, dumplings.site())
+    start = system.start(dict.fromkeys(system.names, False))
+    assert bound_success(system, start, 0) == SuccessBounds(success, success)
 
 
 def test_a_chain_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

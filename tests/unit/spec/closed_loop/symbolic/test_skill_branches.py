@@ -20,7 +20,7 @@ from aeros.spec.expr.semantics import evaluate, is_true
 from tests.differential.planning.number_loops import Loop, number_loop, stopped_loop
 from tests.differential.planning.test_defined_loops import defined_loop
 from tests.unit.agent.dumplings import FORCE, outcome, rule, skill
-from tests.unit.spec.closed_loop.symbolic.loops_by_hand import BOIL, WRAPPED, loop
+from tests.unit.spec.closed_loop.symbolic.loops_by_hand import BOIL, COOKED, WRAPPED, loop
 
 
 @pytest.mark.parametrize(
@@ -97,5 +97,11 @@ def test_a_skill_whose_input_has_no_value_cannot_start() -> None:
 
 
 def test_a_skill_is_settled_if_nothing_is_left_open() -> None:
-    made = loop()
-    assert symbolic_skill(made.system.ecm.skills["wrap"], {}, made.system.variables, ()).is_settled
+    variables = loop().system.variables
+    for either in ({}, {WRAPPED: None}, {"m.elsewhere": None}):
+        ending = replace(outcome("cooked", {COOKED: True}), consequences=either)
+        found = symbolic_skill(skill("boil", ending), {}, variables, ())
+        assert found.is_settled is (WRAPPED not in either)
+        assert [dict(one.opened) for one in found.branches] == [
+            dict.fromkeys({*either} & {WRAPPED}, (False, True))
+        ]
