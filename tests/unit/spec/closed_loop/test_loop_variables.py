@@ -35,7 +35,8 @@ from aeros.spec.model.step_graph import HeldPart, If
 from tests.differential.planning.number_loops import STATE
 from tests.differential.planning.number_loops import term as number_term
 from tests.unit.agent import dumplings
-from tests.unit.agent.dumplings import FORCE, PREDICATES, SPAN, module, rule, site, skill, task, term
+from tests.unit.agent.dumplings import FORCE, PREDICATES, SPAN, module, outcome, rule, site, skill, task, term
+from tests.unit.spec.consequences import places
 
 HALF, FULL = Fraction(1, 2), Fraction(1)
 LEFT_HALF = QuantityRange("fill_level", None, Fraction(0), HALF)
@@ -81,6 +82,18 @@ def test_a_halted_run_leaves_a_count_that_its_condition_reads_at_any_value(end: 
     set_before = replace(halted, effects={"count": FULL})
     assert found.after(replace(counting, hold_condition=held), set_before).opened == {}
     assert found.after(counting, halted).opened == {}
+
+
+def test_a_run_leaves_a_quantity_that_it_moves_anywhere_unless_the_outcome_states_it() -> None:
+    drive = places.asking("go", outcome("gone", {}), outcome("exact", {"base": FULL}))
+    pursued = replace(
+        task("go", ("go",), PREDICATES[0], rule(PREDICATES[0], "go")), goal=places.term("base > 1")
+    )
+    bounded = replace(places.STATE["base"], range=(Fraction(0), Fraction(2)))
+    place = replace(places.site(), state={**places.STATE, **STATE, "base": bounded})
+    found = LoopVariables(module("m", (drive,), pursued), pursued, place)
+    assert found.after(drive, drive.outcomes["gone"]).opened == {"base": found.values["base"]}
+    assert found.after(drive, drive.outcomes["exact"]).opened == {}
 
 
 def test_a_vector_counts_as_the_components_that_are_read() -> None:

@@ -99,6 +99,7 @@ def test_a_recovery_is_counted_between_two_tries() -> None:
     )
     # First try, then with 1/2 recovery and second try, which fails with 1/2 again.
     assert predicted(ecm, 0) == Prediction(Fraction(3, 4), Fraction(2), half, half, NONE)
+    assert predicted(ecm, 0).seconds == 20  # ten for each, the recovery included
     # The same again after a new plan, which is made with 1/4.
     assert predicted(ecm, 1) == Prediction(
         Fraction(15, 16), Fraction(5, 2), Fraction(5, 8), Fraction(5, 8), Fraction(1, 4)

@@ -10,7 +10,7 @@ import pytest
 from aeros.spec.expr.effects import Increment
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, PlanningRule, Task
 from tests.differential.planning.number_loops import term
-from tests.unit.agent.dumplings import SPAN, module, outcome, rule, skill, task
+from tests.unit.agent.dumplings import FORCE, SPAN, module, outcome, rule, skill, task
 from tests.unit.spec.closed_loop.symbolic.listed_states import assert_as_listed
 
 WRAPPED, COOKED, ALIGNED = "dumpling_wrapped", "dumpling_cooked", "wrapper_aligned"
@@ -32,6 +32,12 @@ SKILLS = (
     skill("tilt", outcome("tilted", {ALIGNED: False, WRAPPED: True}, failure=True)),
     skill("slip", outcome("slipped", {ALIGNED: False}, failure=True), precondition=ALIGNED),
     skill("bake", outcome("baked", {COOKED: True}), outcome("raw", {ALIGNED: True}, failure=True)),
+    skill(
+        "push",
+        outcome("pushed", {ALIGNED: True}),
+        inputs={"force": FORCE},
+        precondition="inputs.force > 0.4 and not wrapper_aligned",
+    ),
     skill("char", outcome("charred", {COOKED: True}, failure=True), TORN),
     skill("sure", replace(outcome("done", {WRAPPED: True}), probability=Fraction(1)), TORN),
     replace(
@@ -84,7 +90,14 @@ LOOPS: dict[str, tuple[PlanningRule, ...]] = {
     "a last failure reaches the goal": (rule(WRAPPED, "char", 0, None, "align"), rule(ALIGNED, "align")),
     "a failed step is done all the same": (rule(EITHER, "bake", 1, "align"), COOKING),
     "a failure makes the next step needless": (rule(COOKED, "bake"), rule(EITHER, "fold")),
-    "a step is left out as another has done it": (rule(EITHER, "align"), rule(ALIGNED, "wrap"), COOKING),
+    "a step is left out as another has done it": (
+        rule(EITHER, "align"),
+        rule(ALIGNED, "wrap"),
+        rule(COOKED, "steam", 1),
+    ),
+    "a recovery has inputs": (rule(WRAPPED, "wrap", 1, "push"), COOKING),
+    "a reset has inputs": (WRAPPING, rule(COOKED, "steam", 0, None, "push")),
+    "a reset follows a try that cannot start": (rule(COOKED, "slip", 2, None, "press"), WRAPPING),
     "the agent chooses a skill": (rule(WRAPPED, "wrapping"), rule(COOKED, "cooking")),
     "it chooses at each try": (rule(COOKED, "cooking", 1), rule(WRAPPED, "wrap")),
     "an outcome has no probability": (rule(WRAPPED, "sure", 1), COOKING),

@@ -116,6 +116,9 @@ PARTS: dict[str, Part] = {
     "a held part around a check": hold(f"not {DOUGH}", "knead", check(ALIGNED), "bake"),
     "a held part after the goal": seq("bake", hold(ALIGNED, "roll")),
     "tries that are left out": seq(step("slump", 1, "roll", "align"), "bake"),
+    "tries left out before alternatives": seq(
+        either(seq(step("slump", 1, "roll"), either("fold", "tilt")), "wrap"), "bake"
+    ),
     "a part held within another": hold(f"not {COOKED}", hold(ALIGNED, "fold", "unfold"), "wrap"),
     "a part within a time": seq(within("wrap", "align"), "bake"),
     "alternatives to a part within a time": seq(either(within("knead", "roll"), "tilt"), "bake"),
