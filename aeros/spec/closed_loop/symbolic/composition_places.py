@@ -93,7 +93,7 @@ class CompositionPlaces:
         self._add = add
         self._find_skill = find_skill
         self._describe_stop = describe_stop
-        self._uncertain = frozenset(uncertain)
+        self._uncertain = {*uncertain}
         self._may_go_on = False
         self._around: list[_Surrounding] = []
 
@@ -174,7 +174,7 @@ class CompositionPlaces:
         condition, open_ = lower(part.condition), negate(self._goal)
         other = failed if part.otherwise is None else self._part(part.otherwise, done, failed)
         then = self._part(part.then, done, failed)
-        undecided = self._undecided(condition)
+        undecided = _undecided(condition, self._uncertain)
         unknown = ProgramBranch(undecided, (End(t.TRUE, failed),), is_likely=False)
         return self._add(
             step(self._goal, done),
@@ -189,15 +189,6 @@ class CompositionPlaces:
                 for holds, target in ((condition, then), (negate(condition), other))
             ),
         )
-
-    def _undecided(self, condition: t.Term) -> t.Term:
-        """Make the condition that a condition may be unknown, although everything is measured."""
-        names = sorted(t.variables_of(condition).keys() & self._uncertain)
-        known = [
-            lower(t.substitute(condition, dict(zip(names, values, strict=True))))
-            for values in product((t.FALSE, t.TRUE), repeat=len(names))
-        ]
-        return all_of(any_of(known), any_of([negate(one) for one in known])) if names else t.FALSE
 
     def _step(self, one: Step, done: Place, failed: Place) -> Place:
         """Add the tries of a step and what follows its failure."""
@@ -353,3 +344,13 @@ def _moved(
         ends=tuple(End(end.guard, following[end.target]) for end in branch.ends),
         is_likely=branch.is_likely and is_in_turn,
     )
+
+
+def _undecided(condition: t.Term, uncertain: Collection[str]) -> t.Term:
+    """Make the condition that a condition may be unknown, although everything is measured."""
+    names = sorted(t.variables_of(condition).keys() & uncertain)
+    known = [
+        lower(t.substitute(condition, dict(chosen)))
+        for chosen in product(*(((name, t.FALSE), (name, t.TRUE)) for name in names))
+    ]
+    return all_of(any_of(known), any_of([negate(one) for one in known])) if names else t.FALSE
