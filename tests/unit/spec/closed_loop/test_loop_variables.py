@@ -79,6 +79,9 @@ def test_a_halted_run_leaves_a_count_that_its_condition_reads_at_any_value(end: 
     assert found.after(replace(counting, hold_condition=held), halted).opened == {
         "count": found.values["count"]
     }
+    both = t.And((STATE["count"].variable, STATE["fill_level"].variable))
+    opened = found.after(replace(counting, hold_condition=replace(held, term=both)), halted).opened
+    assert opened == {name: found.values[name] for name in ("count", "fill_level")}
     set_before = replace(halted, effects={"count": FULL})
     assert found.after(replace(counting, hold_condition=held), set_before).opened == {}
     assert found.after(counting, halted).opened == {}

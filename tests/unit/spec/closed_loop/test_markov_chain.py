@@ -13,8 +13,11 @@ from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.markov_chain import Prediction, predict, rank_of
 from aeros.spec.closed_loop.outcome_probabilities import with_probabilities
 from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
+from aeros.spec.expr import terms as t
+from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Ecm, PlanningRule, Skill
-from tests.unit.agent.dumplings import module, outcome, rule, site, skill, task
+from aeros.spec.model.step_graph import Seq
+from tests.unit.agent.dumplings import SPAN, module, outcome, rule, site, skill, task
 from tests.unit.spec.closed_loop.symbolic.test_builder_small_loops import LOOPS, kitchen
 
 NONE = Fraction(0)
@@ -104,6 +107,24 @@ def test_a_recovery_is_counted_between_two_tries() -> None:
     assert predicted(ecm, 1) == Prediction(
         Fraction(15, 16), Fraction(5, 2), Fraction(5, 8), Fraction(5, 8), Fraction(1, 4)
     )
+
+
+def test_the_steps_of_a_composition_are_counted() -> None:
+    steps = tuple(Step(one, one, {}, {}, 0, None, None, SPAN) for one in ("wrap", "boil"))
+    wrap = skill("wrap", outcome("wrapped", {"dumpling_wrapped": True}), outcome("torn", {}, failure=True))
+    boil = skill("boil", outcome("cooked", {"dumpling_cooked": True}))
+    ecm = replace(
+        module(
+            "kitchen",
+            (wrap, boil),
+            task("cook", ("cook",), "dumpling_cooked", rule("dumpling_cooked", "cooking")),
+        ),
+        compositions={"both": Composition("both", t.TRUE, None, Seq(steps), {}, SPAN)},
+        capabilities={"cooking": ("both",)},
+    )
+    # One run has wrapping, and boiling with 1/2.
+    assert predicted(ecm, 0) == Prediction(Fraction(1, 2), Fraction(3, 2), NONE, NONE, NONE)
+    assert predicted(ecm, 1) == Prediction(Fraction(3, 4), Fraction(9, 4), NONE, NONE, Fraction(1, 2))
 
 
 def test_states_that_meet_again_add_up() -> None:

@@ -49,7 +49,7 @@ def test_the_others_share_equally_where_none_of_them_could_happen() -> None:
 
 @pytest.mark.parametrize("share", [0, 1])
 def test_the_probability_of_an_outcome_that_is_not_declared_is_refused(share: int) -> None:
-    with pytest.raises(MisuseError, match="^`boil` has no outcome `d`$"):
+    with pytest.raises(MisuseError, match=r"^`boil` has no outcome `d`$"):
         with_probabilities(three(None, None, None), {"d": Fraction(share)})
 
 

@@ -113,6 +113,7 @@ def test_the_agent_s_choices_are_equally_likely_also_where_the_rest_is_not_known
     system = TransitionSystem(ecm, task, dumplings.site())
     start = system.start(dict.fromkeys(system.names, False))
     assert bound_success(system, start, 0) == SuccessBounds(success, success)
+    assert system.inexact_reason == "which of several steps fails first depends on how long they take"
 
 
 def test_a_chain_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -87,6 +87,7 @@ LOOPS: dict[str, tuple[PlanningRule, ...]] = {
     "a reset follows a later step": (WRAPPING, rule(COOKED, "steam", 1, None, "align")),
     "a recovery of a later step": (WRAPPING, rule(COOKED, "steam", 2, "tilt")),
     "a failure reaches the goal": (rule(WRAPPED, "char", 1, "align"), rule(ALIGNED, "align")),
+    "a failure makes the only step needless": (rule(COOKED, "char", 1, "align"),),
     "a last failure reaches the goal": (rule(WRAPPED, "char", 0, None, "align"), rule(ALIGNED, "align")),
     "a failed step is done all the same": (rule(EITHER, "bake", 1, "align"), COOKING),
     "a failure makes the next step needless": (rule(COOKED, "bake"), rule(EITHER, "fold")),

@@ -152,6 +152,15 @@ def test_sets_that_are_defined_by_nodes_of_their_diagrams_are_certified_as_well(
     assert Verdict.REFUTED in verdicts(made)
 
 
+@pytest.mark.parametrize("level", [Fraction(3, 4), Fraction(7, 8), Fraction(1)])
+def test_each_level_at_which_an_outcome_may_leave_a_quantity_is_certified(level: Fraction) -> None:
+    goal = "fill_level > 0.5"
+    made = loop(rule(goal, "pour"), skills=(POUR,), goal=goal, initial={"fill_level": Fraction(0)})
+    assert verdicts(made) == {Verdict.PROVED}
+    made.fixpoints.reachable[Place("try", 1)] &= ~made.fixpoints.sets.equals("fill_level", level)
+    assert Verdict.REFUTED in verdicts(made)
+
+
 def state_of(sets: StateSets, states: StateSet) -> StateSet:
     """A state of a set, as a set of its own."""
     return sets.intersection(sets.equals(*one) for one in sets.pick(states & sets.valid).items())

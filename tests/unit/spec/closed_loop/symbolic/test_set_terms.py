@@ -43,17 +43,17 @@ def test_a_set_as_a_term_holds_for_real_numbers_as_its_condition_does(
 ) -> None:
     monkeypatch.setattr(state_sets, "MAX_ORDERED", ordered)
     monkeypatch.setattr(state_sets, "MAX_CLAUSES", clauses)
-    rules = [rule(one, "wrap") for one in CONDITIONS]
-    made = loop(*rules, goal="dumpling_cooked")
-    sets, program = made.fixpoints.sets, made.program
-    terms = SetTerms(sets, program, program.variables)
-    condition = terms.condition(sets.where(term(text)) & sets.valid)
-    for level in LEVELS:
-        for cooked in (False, True):
-            for area in ("table", "pot"):
-                env: dict[str, Value] = {"fill_level": level, "dumpling_cooked": cooked, "area": area}
-                env |= dict.fromkeys(program.plan_bits, False) | {"dumpling_wrapped": False}
-                assert is_in(terms, condition, env) is is_true(term(text), env)
+    for rules in ([rule(one, "wrap") for one in CONDITIONS], [rule(text, "wrap")]):
+        made = loop(*rules, goal="dumpling_cooked")
+        sets, program = made.fixpoints.sets, made.program
+        terms = SetTerms(sets, program, program.variables)
+        condition = terms.condition(sets.where(term(text)) & sets.valid)
+        for level in LEVELS:
+            for cooked in (False, True):
+                for area in ("table", "pot"):
+                    env: dict[str, Value] = {"fill_level": level, "dumpling_cooked": cooked, "area": area}
+                    env |= dict.fromkeys(program.plan_bits, False) | {"dumpling_wrapped": False}
+                    assert is_in(terms, condition, env) is is_true(term(text), env)
 
 
 def test_clauses_that_are_given_and_unchanged_are_left_out() -> None:
