@@ -85,7 +85,7 @@ def test_branches_come_forward_alone() -> None:
 
 
 def test_the_failure_of_a_parallel_branch_is_no_way_to_the_goal() -> None:
-    """What the others have done by then is not known, though here a recovery would reach the goal."""
+    """Nothing tells how far the others are by then, though here a recovery would reach the goal."""
     tasked = composed(Par((one("tear"), one("align")), SPAN)).system.task
     for body, misses in ((one("tear"), False), (Par((one("tear"), one("align")), SPAN), True)):
         ecm = composed(body).system.ecm
