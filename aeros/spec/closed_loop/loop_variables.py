@@ -124,8 +124,8 @@ class LoopVariables:
             `NAME = VALUE`, with the unit of a quantity.
         """
         declared = self.declared[name]
-        is_quantity = isinstance(value, Fraction) and name in self._quantities
-        return f"{name} = {format_quantity(value, declared.unit) if is_quantity else str(value).lower()}"
+        in_unit = name in self._quantities
+        return f"{name} = {format_quantity(value, declared.unit) if in_unit else str(value).lower()}"
 
     def after(self, skill: Skill, outcome: Outcome) -> OutcomeValues:
         """Find the values that variables may have after an outcome that does not state them.

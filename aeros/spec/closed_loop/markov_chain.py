@@ -140,7 +140,7 @@ def rank_of(made: int, node: LoopState) -> tuple[int, ...]:
     """Rank a state so that every move leads to a higher rank.
 
     The order is by re-plans, then by steps done, then by tries; the recovery comes before the next try.  What
-    follows the last try has no steps left to count and comes last.
+    follows the last try of a step is like a recovery after the last step.
 
     Args:
         made: plans made after the first.
@@ -151,7 +151,5 @@ def rank_of(made: int, node: LoopState) -> tuple[int, ...]:
     """
     if node.phase == "plan":
         return (made, 0)
-    if node.phase == "reset":
-        return (made, 1, 1)
     ended = node.phase in ("reached", "rejected", "given up")
     return (made, 2 if ended else 1, -len(node.remaining_rules), node.tries, node.phase == "try")

@@ -152,8 +152,8 @@ class SymbolicLoop:
         """Find the number of the first ring that a state of the loop is in; their number if it is in none."""
         state = self.system.named(node.state)
         state |= dict.fromkeys(self.program.plan_bits, False)
-        due = node.remaining_rules if node.phase in ("try", "recover") else ()
-        state |= {self.program.plan_bits[index]: True for index in (due[1:] if node.tries else due)}
+        due = node.remaining_rules[1:] if node.tries else node.remaining_rules
+        state |= {self.program.plan_bits[index]: True for index in due}
         places = self._places_of(node)
         sets = self.fixpoints.sets
         for number, ring in enumerate(rings):

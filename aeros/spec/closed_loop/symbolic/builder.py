@@ -31,6 +31,7 @@ from aeros.spec.closed_loop.symbolic.program import (
 )
 from aeros.spec.closed_loop.symbolic.skill_branches import SymbolicSkill, symbolic_skill
 from aeros.spec.closed_loop.transition_system import MAX_PLAN_STEPS, TransitionSystem
+from aeros.spec.consequences.consequences import known_definitions, uncertain_predicates
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, negate
 from aeros.spec.model.ecm import Alternative, PlanningRule
@@ -287,6 +288,7 @@ class _Builder:
                 lambda part: symbolic_skill(
                     self._system.stop(part, composition), {}, variables, self._settable
                 ),
+                uncertain_predicates(known_definitions(self._system.ecm)),
             )
             entry = places.entry(self.inside(step(t.TRUE, done)), lost)
             return lower(way.composition.precondition), (

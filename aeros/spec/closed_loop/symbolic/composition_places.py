@@ -12,8 +12,9 @@ on.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any, Final
 
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
@@ -74,6 +75,8 @@ class CompositionPlaces:
         add: adds a place with its moves.
         find_skill: describes a skill with constant inputs.
         describe_stop: describes the stop of a part as a skill.
+        uncertain: predicates that may be unknown although everything is measured; an `if` that one of them
+            decides may fail.
     """
 
     def __init__(
@@ -83,12 +86,14 @@ class CompositionPlaces:
         add: AddInside,
         find_skill: FindSkill,
         describe_stop: DescribeStop,
+        uncertain: Collection[str] = (),
     ) -> None:
         self._composition = composition
         self._goal = goal
         self._add = add
         self._find_skill = find_skill
         self._describe_stop = describe_stop
+        self._uncertain = {*uncertain}
         self._may_go_on = False
         self._around: list[_Surrounding] = []
 
@@ -168,10 +173,21 @@ class CompositionPlaces:
     def _if(self, part: If[Step], done: Place, failed: Place) -> Place:
         condition, open_ = lower(part.condition), negate(self._goal)
         other = failed if part.otherwise is None else self._part(part.otherwise, done, failed)
+        then = self._part(part.then, done, failed)
+        undecided = _undecided(condition, self._uncertain)
+        unknown = ProgramBranch(undecided, (End(t.TRUE, failed),), is_likely=False)
         return self._add(
             step(self._goal, done),
-            step(all_of(open_, condition), self._part(part.then, done, failed)),
-            step(all_of(open_, negate(condition)), other),
+            *(
+                Move(
+                    all_of(open_, holds),
+                    (
+                        ProgramBranch(t.TRUE, (End(t.TRUE, target),)),
+                        *([] if undecided == t.FALSE else [unknown]),
+                    ),
+                )
+                for holds, target in ((condition, then), (negate(condition), other))
+            ),
         )
 
     def _step(self, one: Step, done: Place, failed: Place) -> Place:
@@ -240,7 +256,12 @@ class CompositionPlaces:
         for branch in part.branches:
             alone = _PlacesOfBranch()
             maker = CompositionPlaces(
-                self._composition, self._goal, alone.add, self._find_skill, self._describe_stop
+                self._composition,
+                self._goal,
+                alone.add,
+                self._find_skill,
+                self._describe_stop,
+                self._uncertain,
             )
             maker._may_go_on = self._may_go_on
             entries.append(maker._part(branch, _DONE, _FAILED))
@@ -323,3 +344,13 @@ def _moved(
         ends=tuple(End(end.guard, following[end.target]) for end in branch.ends),
         is_likely=branch.is_likely and is_in_turn,
     )
+
+
+def _undecided(condition: t.Term, uncertain: Collection[str]) -> t.Term:
+    """Make the condition that a condition may be unknown, although everything is measured."""
+    names = sorted(t.variables_of(condition).keys() & uncertain)
+    known = [
+        lower(t.substitute(condition, dict(chosen)))
+        for chosen in product(*(((name, t.FALSE), (name, t.TRUE)) for name in names))
+    ]
+    return all_of(any_of(known), any_of([negate(one) for one in known])) if names else t.FALSE

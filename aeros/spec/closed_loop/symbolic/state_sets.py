@@ -160,16 +160,12 @@ class StateSets:
         match term:
             case t.Literal(value=value):
                 return self.bdd.true if value else self.bdd.false
-            case t.Variable(name=name):
-                return self.equals(name, True)
             case t.Not(operand=operand):
                 return ~self.where(operand)
             case t.And(operands=operands):
                 return self.intersection(map(self.where, operands))
             case t.Or(operands=operands):
                 return ~self.intersection(~self.where(one) for one in operands)
-            case t.Implies(premise=premise, conclusion=conclusion):
-                return ~self.where(premise) | self.where(conclusion)
             case _:
                 return self._enumerated(term)
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from math import prod
 
 import pytest
 
@@ -65,10 +66,27 @@ def test_where_definitions_decide_none_of_the_values_there_is_no_constraint(
     assert facts(text).after(outcome(effects), opened, VARIABLES) == OutcomeValues(opened, {}, ())
 
 
-def test_too_many_combinations_leave_out_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(definition_facts, "MAX_COMBINATIONS", len(TENTHS) - 1)
-    found = facts("fill_level > 0.5").after(outcome({WRAPPED: True}), {FILL: TENTHS}, VARIABLES)
-    assert found.constraints == ()
+@pytest.mark.parametrize("opened", [{FILL: TENTHS}, {FILL: TENTHS, "count": TENTHS[:3]}])
+def test_too_many_combinations_leave_out_none(
+    opened: dict[str, tuple[Fraction, ...]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = "fill_level > 0.5" if len(opened) == 1 else "fill_level > count"
+    combinations = prod(map(len, opened.values()))
+    for most, number in ((combinations, 1), (combinations - 1, 0)):
+        monkeypatch.setattr(definition_facts, "MAX_COMBINATIONS", most)
+        found = facts(text).after(outcome({WRAPPED: True}), opened, VARIABLES)
+        assert len(found.constraints) == number
+
+
+def test_definitions_that_no_values_meet_together_leave_out_none() -> None:
+    """Each can be met alone: of both, nothing is known."""
+    texts = {WRAPPED: "fill_level > 0.5", "dumpling_cooked": "fill_level < 0.5"}
+    both = DefinitionFacts({name: lower(term(text)) for name, text in texts.items()})
+    for stated, number in (({WRAPPED: True, "dumpling_cooked": True}, 0), ({WRAPPED: True}, 1)):
+        assert len(both.after(outcome(stated), {FILL: TENTHS}, VARIABLES).constraints) == number
+    apart = both.after(outcome({WRAPPED: True, "dumpling_cooked": False}), {FILL: TENTHS}, VARIABLES)
+    agreeing = [at for at in TENTHS if all(is_true(one, {FILL: at}) for one in apart.constraints)]
+    assert agreeing == [at for at in TENTHS if at > 0.5]
 
 
 def test_variables_of_the_equivalence_are_those_of_both() -> None:

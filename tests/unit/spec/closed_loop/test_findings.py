@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import pytest
 
 from aeros.spec.closed_loop import findings
@@ -35,3 +37,20 @@ def test_of_many_variables_only_those_that_matter_are_shown(monkeypatch: pytest.
         "work → done",
         f"then {FIRST} = true, all else as at the start",
     ]
+
+
+def test_numbers_and_places_are_shown_among_many_variables_also_where_they_are_none(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    goal = f"{FIRST} and fill_level > 0 and area == pot"
+    pursued = task("work", ("work",), goal, rule(FIRST, "work"))
+    system = TransitionSystem(module("kitchen", (SKILL,), pursued), pursued, site())
+    assert system.names == ("area", FIRST, "fill_level")
+    path = LoopPath(("table", False, Fraction(0)), (), ("table", False, Fraction(0)))
+    for most, lines in (
+        (3, [f"area = table, {FIRST} = false, fill_level = 0"] * 2),
+        (2, ["area = table, fill_level = 0, and 1 truth values false", "all else as at the start"]),
+    ):
+        monkeypatch.setattr(findings, "MAX_SHOWN", most)
+        start, end = lines
+        assert format_path(system, path).splitlines()[1:] == [f"start with {start}", f"then {end}"]

@@ -20,7 +20,13 @@ from tests.unit.agent.dumplings import SPAN, outcome, skill
 NUMBER = dumplings.state("count", IntegerType(), (Fraction(0), Fraction(9)))
 FLAGS = {f"flag_{n}": dumplings.state(f"flag_{n}") for n in range(7)}
 LARGE = dumplings.state("large", IntegerType(), (Fraction(0), Fraction(64)))
-STATE = {**dumplings.STATE, "count": NUMBER, "large": LARGE, **FLAGS}
+RANGES = {
+    f"from {low} to {high}": dumplings.state(
+        f"from {low} to {high}", IntegerType(), (Fraction(low), Fraction(high))
+    )
+    for low, high in ((-31, 32), (-32, 32), (1, 64), (0, 64))
+}
+STATE = {**dumplings.STATE, "count": NUMBER, "large": LARGE, **FLAGS, **RANGES}
 SKILLS = {
     one.id: one
     for one in (
@@ -61,3 +67,31 @@ def test_a_number_that_no_skill_sets_does_not_count_among_what_a_stop_leaves_ope
     assert stop_in_loop(body, composition, others, STATE, {}).id == STOPPED
     with pytest.raises(StateSpaceError, match=r"^a part of `c` that may be stopped leaves too much open$"):
         stop_in_loop(body, composition, SKILLS, STATE, {})
+
+
+@pytest.mark.parametrize("name", RANGES)
+def test_a_number_has_as_many_values_as_whole_numbers_in_its_range(name: str) -> None:
+    held = ActionCondition(RANGES[name].variable, "", SPAN)
+    body = HeldPart(Step("few", "few", {}, {}, 0, None, None, SPAN), SPAN, True, held)
+    composition = Composition("c", t.TRUE, None, body, {}, SPAN)
+    skills = {**SKILLS, "sets": skill("sets", outcome("done", {name: Fraction(1)}))}
+    if name in ("from -31 to 32", "from 1 to 64"):  # 64 values
+        assert stop_in_loop(body, composition, skills, STATE, {}).id == STOPPED
+        return
+    with pytest.raises(StateSpaceError, match=r"^a part of `c` that may be stopped leaves too much open$"):
+        stop_in_loop(body, composition, skills, STATE, {})
+
+
+def test_a_handler_of_a_parallel_step_is_stopped_too() -> None:
+    handled = Step("few", "few", {}, {}, 0, "cure", None, SPAN)
+    part: TimedPart[Step] = TimedPart(Par((handled, handled), SPAN), SPAN, True, Fraction(1))
+    for name in ("other", "many"):
+        cure = Step(name, name, {}, {}, 0, None, None, SPAN)
+        composition = Composition("c", t.TRUE, None, part, {"cure": cure}, SPAN)
+        if name == "other":
+            hold = stop_in_loop(part, composition, SKILLS, STATE, {}).hold_condition
+            assert hold is not None
+            assert t.variables_of(hold.term).keys() == {"flag_0", "flag_1"}
+            continue
+        with pytest.raises(StateSpaceError, match=r"leaves too much open$"):
+            stop_in_loop(part, composition, SKILLS, STATE, {})

@@ -20,7 +20,12 @@ from aeros.spec.closed_loop.loop_variables import (
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.effects import Increment, QuantityRange
 from aeros.spec.expr.lower import lower
+from aeros.spec.expr.parser import parse
+from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.typecheck.check import check
+from aeros.spec.expr.types import BOOL, VectorType
+from aeros.spec.expr.units import LENGTH
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, Task, TaskInvariant
 from aeros.spec.model.hold_conditions import HOLD_LOST, STOPPED
@@ -29,7 +34,9 @@ from aeros.spec.model.rules import Conjunct
 from aeros.spec.model.step_graph import HeldPart, If
 from tests.differential.planning.number_loops import STATE
 from tests.differential.planning.number_loops import term as number_term
-from tests.unit.agent.dumplings import FORCE, PREDICATES, SPAN, module, rule, site, skill, task, term
+from tests.unit.agent import dumplings
+from tests.unit.agent.dumplings import FORCE, PREDICATES, SPAN, module, outcome, rule, site, skill, task, term
+from tests.unit.spec.consequences import places
 
 HALF, FULL = Fraction(1, 2), Fraction(1)
 LEFT_HALF = QuantityRange("fill_level", None, Fraction(0), HALF)
@@ -72,9 +79,24 @@ def test_a_halted_run_leaves_a_count_that_its_condition_reads_at_any_value(end: 
     assert found.after(replace(counting, hold_condition=held), halted).opened == {
         "count": found.values["count"]
     }
+    both = t.And((STATE["count"].variable, STATE["fill_level"].variable))
+    opened = found.after(replace(counting, hold_condition=replace(held, term=both)), halted).opened
+    assert opened == {name: found.values[name] for name in ("count", "fill_level")}
     set_before = replace(halted, effects={"count": FULL})
     assert found.after(replace(counting, hold_condition=held), set_before).opened == {}
     assert found.after(counting, halted).opened == {}
+
+
+def test_a_run_leaves_a_quantity_that_it_moves_anywhere_unless_the_outcome_states_it() -> None:
+    drive = places.asking("go", outcome("gone", {}), outcome("exact", {"base": FULL}))
+    pursued = replace(
+        task("go", ("go",), PREDICATES[0], rule(PREDICATES[0], "go")), goal=places.term("base > 1")
+    )
+    bounded = replace(places.STATE["base"], range=(Fraction(0), Fraction(2)))
+    place = replace(places.site(), state={**places.STATE, **STATE, "base": bounded})
+    found = LoopVariables(module("m", (drive,), pursued), pursued, place)
+    assert found.after(drive, drive.outcomes["gone"]).opened == {"base": found.values["base"]}
+    assert found.after(drive, drive.outcomes["exact"]).opened == {}
 
 
 def test_a_vector_counts_as_the_components_that_are_read() -> None:
@@ -214,6 +236,21 @@ def test_numbers_of_a_vector_are_those_of_its_components() -> None:
     starts = found.starts({"tool": (Fraction(0), Fraction(0), Fraction(1, 5))})
     assert starts["tool.z"] == (Fraction(1, 5),)
     assert starts["joint[j2]"] == found.values["joint[j2]"]
+
+
+def test_parts_of_variables_of_a_module_have_the_declaration_of_the_whole() -> None:
+    declared = {
+        "m.tool": dumplings.state("m.tool", VectorType(LENGTH), (Fraction(-1), Fraction(1))),
+        "m.arm": dumplings.state("m.arm", STATE["joint"].variable.type, (Fraction(-3), Fraction(3))),
+    }
+    scope = Scope({name: one.variable for name, one in declared.items()}, enums={"joints": dumplings.JOINTS})
+    goal = check(parse("m.tool.z > 100 mm and m.arm[j2] < 0"), scope, BOOL)
+    pursued = replace(task("fill", ("fill",), PREDICATES[0]), goal=goal)
+    found = LoopVariables(module("m", (), pursued), pursued, replace(site(), state=declared))
+    assert {name: one.name for name, one in found.declared.items()} == {
+        "m.arm[j2]": "m.arm",
+        "m.tool.z": "m.tool",
+    }
 
 
 def test_values_are_written_as_in_a_manifest() -> None:

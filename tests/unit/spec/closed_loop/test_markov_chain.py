@@ -8,12 +8,17 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.closed_loop import markov_chain
+from aeros.spec.closed_loop.giving_up import declared_beliefs
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
-from aeros.spec.closed_loop.markov_chain import Prediction, predict
+from aeros.spec.closed_loop.markov_chain import Prediction, predict, rank_of
 from aeros.spec.closed_loop.outcome_probabilities import with_probabilities
-from aeros.spec.closed_loop.transition_system import TransitionSystem
+from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
+from aeros.spec.expr import terms as t
+from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Ecm, PlanningRule, Skill
-from tests.unit.agent.dumplings import module, outcome, rule, site, skill, task
+from aeros.spec.model.step_graph import Seq
+from tests.unit.agent.dumplings import SPAN, module, outcome, rule, site, skill, task
+from tests.unit.spec.closed_loop.symbolic.test_builder_small_loops import LOOPS, kitchen
 
 NONE = Fraction(0)
 BOIL = skill("boil", outcome("cooked", {"dumpling_cooked": True}), outcome("raw", {}, failure=True))
@@ -97,10 +102,29 @@ def test_a_recovery_is_counted_between_two_tries() -> None:
     )
     # First try, then with 1/2 recovery and second try, which fails with 1/2 again.
     assert predicted(ecm, 0) == Prediction(Fraction(3, 4), Fraction(2), half, half, NONE)
+    assert predicted(ecm, 0).seconds == 20  # ten for each, the recovery included
     # The same again after a new plan, which is made with 1/4.
     assert predicted(ecm, 1) == Prediction(
         Fraction(15, 16), Fraction(5, 2), Fraction(5, 8), Fraction(5, 8), Fraction(1, 4)
     )
+
+
+def test_the_steps_of_a_composition_are_counted() -> None:
+    steps = tuple(Step(one, one, {}, {}, 0, None, None, SPAN) for one in ("wrap", "boil"))
+    wrap = skill("wrap", outcome("wrapped", {"dumpling_wrapped": True}), outcome("torn", {}, failure=True))
+    boil = skill("boil", outcome("cooked", {"dumpling_cooked": True}))
+    ecm = replace(
+        module(
+            "kitchen",
+            (wrap, boil),
+            task("cook", ("cook",), "dumpling_cooked", rule("dumpling_cooked", "cooking")),
+        ),
+        compositions={"both": Composition("both", t.TRUE, None, Seq(steps), {}, SPAN)},
+        capabilities={"cooking": ("both",)},
+    )
+    # One run has wrapping, and boiling with 1/2.
+    assert predicted(ecm, 0) == Prediction(Fraction(1, 2), Fraction(3, 2), NONE, NONE, NONE)
+    assert predicted(ecm, 1) == Prediction(Fraction(3, 4), Fraction(9, 4), NONE, NONE, Fraction(1, 2))
 
 
 def test_states_that_meet_again_add_up() -> None:
@@ -121,3 +145,21 @@ def test_states_that_meet_again_add_up() -> None:
         ),
     )
     assert predicted(ecm, 0) == Prediction(Fraction(2, 3), Fraction(2), NONE, NONE, NONE)
+
+
+@pytest.mark.parametrize("gives_up", [False, True])
+def test_every_move_leads_to_a_higher_rank(gives_up: bool) -> None:
+    for rules in LOOPS.values():
+        ecm, pursued = kitchen(*rules)
+        beliefs = declared_beliefs(ecm) if gives_up else None
+        system = TransitionSystem(ecm, pursued, site(), beliefs)
+        pending = [(0, LoopState("plan", system.start(dict.fromkeys(system.names, False))))]
+        seen = set(pending)
+        while pending:
+            made, node = pending.pop()
+            for move in system.transitions(node):
+                after = (made + (move.target.phase == "plan"), move.target)
+                assert rank_of(*after) > rank_of(made, node)
+                if after not in seen and after[0] < 3:
+                    seen.add(after)
+                    pending.append(after)

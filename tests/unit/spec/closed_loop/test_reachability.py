@@ -13,6 +13,8 @@ from aeros.spec.closed_loop.findings import format_path
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.closed_loop.transition_system import LoopState
+from aeros.spec.expr import terms as t
+from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Outcome, PlanningRule, Skill, Task
 from tests.unit.agent.dumplings import SPAN, module, outcome, rule, site, skill, task
 from tests.unit.spec.consequences import places
@@ -126,3 +128,39 @@ def test_a_goal_that_a_step_may_leave_true_or_false_is_not_within_reach(
     reachable = explore_task(replace(ecm, definitions=places.DEFINITIONS), arrive, places.site())
     assert any(reachable.nodes_that_can_miss_goal()) is misses
     assert ("may be either after `go" in reachable.system.inexact_reason) is misses
+
+
+def test_a_goal_that_both_values_of_an_open_predicate_lead_to_is_within_reach() -> None:
+    """The drive leaves `m.docked` true or false; each way, a plan goes on to what is held."""
+    going, holding = (
+        PlanningRule(places.term(text), text, name, {}, 0, None, None, SPAN)
+        for text, name in (("m.docked", "go"), ("holding", "grab"))
+    )
+    pursued = Task("get", (), places.term("holding"), "holding", (going, holding), {}, None, SPAN)
+    ecm = module(
+        "m",
+        (
+            places.asking("go", outcome("gone", {})),
+            places.asking("grab", outcome("grabbed", {"holding": True}), kinds=()),
+        ),
+    )
+    reachable = explore_task(replace(ecm, definitions=places.DEFINITIONS), pursued, places.site())
+    (start,) = (node for node in reachable.graph if node.phase == "try" and len(node.remaining_rules) == 2)
+    assert {move.case for move in reachable.system.transitions(start)} == {"0"}
+    assert list(reachable.nodes_that_can_miss_goal()) == []
+
+
+def test_a_goal_that_a_composition_may_leave_true_or_false_is_not_within_reach() -> None:
+    goal = PlanningRule(places.term("m.docked"), "m.docked", "going", {}, 0, None, None, SPAN)
+    arrive = Task("arrive", (), places.term("m.docked"), "m.docked", (goal,), {"m.docked": False}, None, SPAN)
+    body = Step("go", "go", {}, {}, 0, None, None, SPAN)
+    ecm = replace(
+        module("m", (places.asking("go", outcome("gone", {})),)),
+        definitions=places.DEFINITIONS,
+        compositions={"drive": Composition("drive", t.TRUE, None, body, {}, SPAN)},
+        capabilities={"going": ("drive",)},
+    )
+    reachable = explore_task(ecm, arrive, places.site())
+    moves = reachable.system.transitions(LoopState("try", (False,), (0,)))
+    assert sorted((one.case, one.target.state) for one in moves) == [("done", (False,)), ("done", (True,))]
+    assert [node.state for node in reachable.nodes_that_can_miss_goal()] == [(False,)]

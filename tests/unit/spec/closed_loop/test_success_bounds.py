@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -15,11 +16,18 @@ from aeros.spec.closed_loop.success_bounds import SuccessBounds, bound_success
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.expr import terms as t
+from aeros.spec.model.composition import Composition, Step
+from aeros.spec.model.ecm import PlanningRule, Task
+from aeros.spec.model.step_graph import Par
 from tests.differential.planning.small_tasks import Case, cases
 from tests.differential.planning.test_giving_up import with_all_failures
 from tests.differential.reference_cases import predicted
 from tests.hypothesis_profiles import examples
 from tests.repo.tree import ROOT
+from tests.unit.agent import dumplings
+from tests.unit.agent.dumplings import SPAN, module, outcome, rule, skill
+from tests.unit.spec.consequences import places
 
 CORPUS = ROOT / "tests" / "corpus"
 
@@ -71,6 +79,41 @@ def test_a_failed_branch_leaves_the_other_anywhere(replans: int) -> None:
         alone = Fraction(1, 2) + Fraction(1, 2) * alone
     at_best = 1 - failed + failed * alone
     assert bounds("branches_that_may_fail", replans) == SuccessBounds(at_worst, at_best)
+
+
+@pytest.mark.parametrize("replans", [0, 2])
+def test_an_outcome_that_leaves_the_goal_true_or_false_is_a_success_at_best(replans: int) -> None:
+    # One drive in four brings the cup. After each, nothing decides if the robot is docked.
+    goal = "m.docked or holding"
+    reached = PlanningRule(places.term(goal), goal, "go", {}, 0, None, None, SPAN)
+    task = Task("arrive", (), places.term(goal), goal, (reached,), {}, None, SPAN)
+    lucky = replace(outcome("lucky", {"holding": True}), probability=Fraction(1, 4))
+    ecm = module("m", (places.asking("go", lucky, outcome("gone", {})),))
+    system = TransitionSystem(replace(ecm, definitions=places.DEFINITIONS), task, places.site())
+    found = bound_success(system, (False, False), replans)
+    assert found == SuccessBounds(1 - Fraction(3, 4) ** (1 + replans), Fraction(1))
+
+
+@pytest.mark.parametrize(("after", "success"), [("bake", Fraction(3, 4)), (None, Fraction(1, 2))])
+def test_the_agent_s_choices_are_equally_likely_also_where_the_rest_is_not_known(
+    after: str | None, success: Fraction
+) -> None:
+    """It fries, or runs a composition that fails in one of two runs, after which the recovery bakes."""
+    cooked = outcome("cooked", {"dumpling_cooked": True})
+    skills = (
+        skill("fry", cooked),
+        skill("bake", cooked),
+        skill("wrap", outcome("wrapped", {"dumpling_wrapped": True}), outcome("torn", {}, failure=True)),
+        skill("align", outcome("aligned", {"wrapper_aligned": True})),
+    )
+    steps = tuple(Step(one, one, {}, {}, 0, None, None, SPAN) for one in ("wrap", "align"))
+    both = Composition("both", t.TRUE, None, Par(steps, SPAN), {}, SPAN)
+    task = dumplings.task("t", (), "dumpling_cooked", rule("dumpling_cooked", "cooking", 0, None, after))
+    ecm = replace(module("m", skills), compositions={"both": both}, capabilities={"cooking": ("fry", "both")})
+    system = TransitionSystem(ecm, task, dumplings.site())
+    start = system.start(dict.fromkeys(system.names, False))
+    assert bound_success(system, start, 0) == SuccessBounds(success, success)
+    assert system.inexact_reason == "which of several steps fails first depends on how long they take"
 
 
 def test_a_chain_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

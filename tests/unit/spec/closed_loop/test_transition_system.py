@@ -16,8 +16,12 @@ from aeros.spec.closed_loop.transition_system import LoopState, Transition, Tran
 from aeros.spec.expr.effects import QuantityRange
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Ecm, PlanningRule, Skill, Task, TaskInvariant
-from aeros.spec.model.step_graph import Seq, TimedPart
+from aeros.spec.model.perception import Definition
+from aeros.spec.model.step_graph import If, Seq, TimedPart
 from tests.unit.agent.dumplings import SPAN, given_input, module, outcome, rule, site, skill, task, term
+from tests.unit.spec.consequences.places import DEFINITIONS, asking
+from tests.unit.spec.consequences.places import site as places_site
+from tests.unit.spec.consequences.places import term as place_term
 
 WRAPPED, COOKED, ALIGNED = "dumpling_wrapped", "dumpling_cooked", "wrapper_aligned"
 HALF, QUARTER = Fraction(1, 2), Fraction(1, 4)
@@ -337,6 +341,37 @@ def test_an_agent_that_never_gives_up_has_no_history_and_one_that_does_so_soones
     assert [one.task for one in (never, soonest)] == [system.task] * 2
 
 
+@pytest.mark.parametrize("margin", [Fraction(0), Fraction(1)])
+def test_an_if_of_a_composition_may_fail_where_a_margin_makes_its_predicate_unknown(margin: Fraction) -> None:
+    one = Step("steam", "steam", {}, {}, 0, None, None, SPAN)
+    body = If(term(ALIGNED), ALIGNED, one, one, SPAN)
+    text = "fill_level > 0.5"
+    ecm = replace(
+        kitchen(rule(COOKED, "making"), rule(ALIGNED, "align")),
+        compositions={"made": Composition("made", term("true"), None, body, {}, SPAN)},
+        capabilities={"making": ("made",)},
+        definitions={ALIGNED: Definition(term(text), text, SPAN, margin)},
+    )
+    system = system_of(ecm)
+    state = system.start({COOKED: False, ALIGNED: False})
+    failed = [one for one in system.transitions(LoopState("try", state, (0,))) if one.target.state == state]
+    assert [one.probability for one in failed] == ([Fraction(0)] if margin else [])
+
+
+def test_each_outcome_of_a_recovery_that_leaves_a_predicate_open_is_a_case_of_its_own() -> None:
+    helping = asking("help", outcome("first", {"holding": True}), outcome("second", {"holding": False}))
+    ecm = module("m", (helping, asking("go", outcome("gone", {}, failure=True), kinds=())))
+    go = PlanningRule(place_term("m.docked"), "m.docked", "go", {}, 1, "help", None, SPAN)
+    arrive = Task("arrive", (), place_term("m.docked and holding"), "", (go,), {}, None, SPAN)
+    system = TransitionSystem(replace(ecm, definitions=DEFINITIONS), arrive, places_site())
+    state = system.start(dict.fromkeys(system.names, False))
+    found = [(one.label, one.case) for one in system.transitions(LoopState("recover", state, (0,), 1))]
+    cases = {label: {case for name, case in found if name == label} for label, _ in found}
+    assert sorted(map(len, cases.values())) == [1, 1]
+    assert len(found) == 4
+    assert len(set().union(*cases.values())) == 2
+
+
 def test_a_composition_is_one_try_with_its_name() -> None:
     def one(name: str) -> Step:
         return Step(name, name, {}, {}, 0, None, None, SPAN)
@@ -360,7 +395,8 @@ def test_a_composition_is_one_try_with_its_name() -> None:
     assert blocked == (ecm.tasks["cook"].rules[0], "both")
     late = TimedPart(both.body, SPAN, True, Fraction(1))
     timed = system_of(replace(ecm, compositions={"both": replace(both, body=late)}))
-    assert all(move.is_open for move in timed.transitions(LoopState("try", NONE, (0,))))
+    moves = timed.transitions(LoopState("try", NONE, (0,)))
+    assert {(move.is_open, move.undecided) for move in moves} == {(True, Fraction(1))}
     assert timed.inexact_reason.startswith("a part may be stopped in its midst")
 
 

@@ -59,13 +59,14 @@ def _width(made: StateSets) -> int:
 
 
 def _terms(updates: dict[str, Any]) -> dict[str, t.Term]:
+    """Terms over the values before, also where these change at the same time."""
     found: dict[str, t.Term] = {}
     for name, value in updates.items():
         variable = VARIABLES[name]
         if value in ("+1", "-1"):
             found[name] = t.Add(variable, t.Literal(Fraction(int(value)), variable.type))  # type: ignore[arg-type]
         elif value == "area == pot":
-            found[name] = term(value) if "area" not in updates else t.TRUE
+            found[name] = term(value)
         else:
             found[name] = t.Literal(value, variable.type)  # type: ignore[arg-type]
     return found
@@ -77,7 +78,7 @@ def _after(state: dict[str, Any], updates: dict[str, Any], opened: dict[str, Any
         if value in ("+1", "-1"):
             changed[name] = state[name] + int(value)
         elif value == "area == pot":
-            changed[name] = state["area"] == "pot" if "area" not in updates else True
+            changed[name] = state["area"] == "pot"
         else:
             changed[name] = value
     return [{**changed, **dict(zip(opened, chosen, strict=True))} for chosen in product(*opened.values())]

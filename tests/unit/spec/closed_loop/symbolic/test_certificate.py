@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.spec.closed_loop.symbolic import certificate
+from aeros.spec.closed_loop.symbolic import certificate, state_sets
 from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
 from aeros.spec.closed_loop.symbolic.certificate import CertificateTooLargeError
 from aeros.spec.closed_loop.symbolic.program import PLAN, REACHED, Place
@@ -134,6 +134,31 @@ def test_no_state_can_be_left_out_of_a_set_nor_be_nearer_to_the_goal(name: str) 
             if further != sets.none:
                 nearer[place] |= state_of(sets, further)
                 assert Verdict.REFUTED in verdicts(spoilt), (place, number)
+
+
+@pytest.mark.parametrize("name", ["kept", "counting", "poured"])
+def test_sets_that_are_defined_by_nodes_of_their_diagrams_are_certified_as_well(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(state_sets, "MAX_CLAUSES", 0)
+    made = SOUND[name]()
+    for claim in made.certificate():
+        names = [one.name for one, _ in claim.variables]
+        assert sorted(set(names)) == sorted(names)
+    assert any(claim.assumptions for claim in made.certificate())
+    assert verdicts(made) == {Verdict.PROVED}
+    states = made.fixpoints.reachable
+    states[REACHED] &= ~state_of(made.fixpoints.sets, states[REACHED])
+    assert Verdict.REFUTED in verdicts(made)
+
+
+@pytest.mark.parametrize("level", [Fraction(3, 4), Fraction(7, 8), Fraction(1)])
+def test_each_level_at_which_an_outcome_may_leave_a_quantity_is_certified(level: Fraction) -> None:
+    goal = "fill_level > 0.5"
+    made = loop(rule(goal, "pour"), skills=(POUR,), goal=goal, initial={"fill_level": Fraction(0)})
+    assert verdicts(made) == {Verdict.PROVED}
+    made.fixpoints.reachable[Place("try", 1)] &= ~made.fixpoints.sets.equals("fill_level", level)
+    assert Verdict.REFUTED in verdicts(made)
 
 
 def state_of(sets: StateSets, states: StateSet) -> StateSet:

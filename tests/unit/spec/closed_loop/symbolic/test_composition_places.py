@@ -12,7 +12,8 @@ from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
 from aeros.spec.closed_loop.symbolic.program import REACHED
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.effects import QuantityRange
+from aeros.spec.expr.effects import Increment, QuantityRange
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.ecm import Outcome
 from aeros.spec.model.step_graph import FailingPart, Fallback, If, Par, RetriedPart, Seq
@@ -26,6 +27,12 @@ POURED = Outcome(
 POUR = skill("pour", POURED)
 ALIGNED = "wrapper_aligned"
 ALIGN = skill("align", outcome("aligned", {ALIGNED: True}))
+OTHERS = (
+    skill("tear", outcome("torn", {}, failure=True)),
+    skill("bake", outcome("baked", {COOKED: True})),
+    skill("add", Outcome("added", {"count": Increment(Fraction(1))}, False, None, None)),
+)
+COUNTS = tuple(map(Fraction, range(5)))
 
 
 def one(name: str, retry: int = 0) -> Step:
@@ -35,7 +42,7 @@ def one(name: str, retry: int = 0) -> Step:
 def composed(body: Part, goal: str = COOKED) -> SymbolicLoop:
     pursued = replace(task("cook", ("cook",), COOKED, rule(COOKED, "cooking")), goal=term(goal))
     ecm = replace(
-        module("kitchen", (WRAP, BOIL, POUR, ALIGN), pursued),
+        module("kitchen", (WRAP, BOIL, POUR, ALIGN, *OTHERS), pursued),
         compositions={"both": Composition("both", t.TRUE, None, body, {}, SPAN)},
         capabilities={"cooking": ("both",)},
     )
@@ -75,6 +82,27 @@ def test_branches_come_forward_alone() -> None:
     for ahead, behind in ((WRAPPED, ALIGNED), (ALIGNED, WRAPPED)):
         some = sets.where(term(f"{ahead} and not {behind}"))
         assert any(one & some != sets.none for one in states)
+
+
+def test_the_failure_of_a_parallel_branch_is_no_way_to_the_goal() -> None:
+    """Nothing tells how far the others are by then, though here a recovery would reach the goal."""
+    tasked = composed(Par((one("tear"), one("align")), SPAN)).system.task
+    for body, misses in ((one("tear"), False), (Par((one("tear"), one("align")), SPAN), True)):
+        ecm = composed(body).system.ecm
+        saved = replace(tasked, rules=(replace(tasked.rules[0], on_failure="bake"),))
+        system = TransitionSystem(ecm, saved, replace(site(), state=STATE))
+        assert (SymbolicLoop(system).dead_end() is not None) is misses
+
+
+def test_a_count_inside_goes_on_within_its_range_only() -> None:
+    program = composed(one("add"), "count >= 4").program
+    guards = [
+        branch.guard
+        for place in program.moves
+        for _, branch in program.branches(place)
+        if "count" in branch.updates
+    ]
+    assert [[is_true(one, {"count": at}) for at in COUNTS] for one in guards] == [[True] * 4 + [False]]
 
 
 def test_an_open_variable_inside_is_not_analysed() -> None:

@@ -37,6 +37,7 @@ def test_a_negation_is_not_negated_again() -> None:
 def test_names_differ() -> None:
     assert len({A.name, B.name, afterwards(A).name}) == 3
     assert afterwards(A).type == A.type
+    assert {one.role for one in (A, afterwards(A))} == {t.VariableRole.STATE}
 
 
 def test_a_step_always_leads_to_its_target() -> None:

@@ -13,6 +13,7 @@ from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.types import BOOL
 from tests.differential.planning.number_loops import term
 from tests.unit.agent.dumplings import rule
+from tests.unit.spec.closed_loop.symbolic.certificates import type_of
 from tests.unit.spec.closed_loop.symbolic.loops_by_hand import loop
 
 CONDITIONS = [
@@ -22,12 +23,13 @@ CONDITIONS = [
     "dumpling_cooked and area == pot",
     "fill_level > 0 and fill_level < 0.25",
 ]
-LEVELS = [Fraction(number, 8) for number in range(9)]
+LEVELS = [Fraction(number, 16) for number in range(17)]
 
 
 def is_in(made: SetTerms, condition: t.Term, env: dict[str, Value]) -> bool:
     """Evaluate a condition over defined truth values, whose definitions come before their use."""
     whole = dict(env)
+    assert all(type_of(one) == BOOL for one in (condition, *made.definitions))
     for one, definition in zip(made.defined, made.definitions, strict=True):
         whole[one.name] = is_true(definition, {**whole, one.name: True})
     return is_true(condition, whole)
@@ -41,17 +43,17 @@ def test_a_set_as_a_term_holds_for_real_numbers_as_its_condition_does(
 ) -> None:
     monkeypatch.setattr(state_sets, "MAX_ORDERED", ordered)
     monkeypatch.setattr(state_sets, "MAX_CLAUSES", clauses)
-    rules = [rule(one, "wrap") for one in CONDITIONS]
-    made = loop(*rules, goal="dumpling_cooked")
-    sets, program = made.fixpoints.sets, made.program
-    terms = SetTerms(sets, program, program.variables)
-    condition = terms.condition(sets.where(term(text)) & sets.valid)
-    for level in LEVELS:
-        for cooked in (False, True):
-            for area in ("table", "pot"):
-                env: dict[str, Value] = {"fill_level": level, "dumpling_cooked": cooked, "area": area}
-                env |= dict.fromkeys(program.plan_bits, False) | {"dumpling_wrapped": False}
-                assert is_in(terms, condition, env) is is_true(term(text), env)
+    for rules in ([rule(one, "wrap") for one in CONDITIONS], [rule(text, "wrap")]):
+        made = loop(*rules, goal="dumpling_cooked")
+        sets, program = made.fixpoints.sets, made.program
+        terms = SetTerms(sets, program, program.variables)
+        condition = terms.condition(sets.where(term(text)) & sets.valid)
+        for level in LEVELS:
+            for cooked in (False, True):
+                for area in ("table", "pot"):
+                    env: dict[str, Value] = {"fill_level": level, "dumpling_cooked": cooked, "area": area}
+                    env |= dict.fromkeys(program.plan_bits, False) | {"dumpling_wrapped": False}
+                    assert is_in(terms, condition, env) is is_true(term(text), env)
 
 
 def test_clauses_that_are_given_and_unchanged_are_left_out() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
@@ -10,24 +12,24 @@ from typing import Any
 import pytest
 
 from aeros.spec.closed_loop.invocation import Invocation
-from aeros.spec.closed_loop.loop_variables import StateSpaceError, skills_of
+from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError, skills_of
 from aeros.spec.closed_loop.symbolic.program import afterwards
-from aeros.spec.closed_loop.symbolic.skill_branches import symbolic_skill
+from aeros.spec.closed_loop.symbolic.skill_branches import SkillBranch, symbolic_skill
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.expr.semantics import evaluate, is_true
-from tests.differential.planning.number_loops import number_loop
+from tests.differential.planning.number_loops import Loop, number_loop, stopped_loop
+from tests.differential.planning.test_defined_loops import defined_loop
 from tests.unit.agent.dumplings import FORCE, outcome, rule, skill
-from tests.unit.spec.closed_loop.symbolic.loops_by_hand import BOIL, WRAPPED, loop
+from tests.unit.spec.closed_loop.symbolic.loops_by_hand import BOIL, COOKED, WRAPPED, loop
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_branches_lead_where_the_invocation_does(seed: int) -> None:
-    ecm, task, site = number_loop(seed)
-    try:
-        system = TransitionSystem(ecm, task, site)
-    except StateSpaceError as error:
-        pytest.skip(str(error))
-    assert_same_ends(system)
+@pytest.mark.parametrize(
+    "make", [number_loop, lambda seed: defined_loop(seed)[0], stopped_loop], ids=["any", "defined", "stopped"]
+)
+def test_branches_lead_where_the_invocation_does(make: Callable[[int], Loop]) -> None:
+    for seed in range(20):
+        with suppress(StateSpaceError):
+            assert_same_ends(TransitionSystem(*make(seed)))
 
 
 def test_branches_of_a_lost_hold_condition_are_unlikely_failures() -> None:
@@ -49,30 +51,36 @@ def test_branches_of_a_lost_hold_condition_are_unlikely_failures() -> None:
 
 
 def assert_same_ends(system: TransitionSystem) -> None:
-    """Each skill of a loop leads to the same states as a branch and as an invocation."""
+    """Each skill leads to the same states as a branch and as an invocation, also if it is stopped."""
     variables = system.variables
     for one in skills_of(system.ecm, system.task):
         made = symbolic_skill(one, {}, variables, system.names)
         listed = Invocation(one, {}, system.names, system.names, variables.after)
-        for state in list(product(*variables.values.values()))[:200]:
+        states = list(product(*variables.values.values()))
+        for state in states[:: max(1, len(states) // 40)]:
             env = dict(zip(system.names, state, strict=True))
             assert is_true(made.can_start, env) is listed.can_start(state)
-            if not listed.can_start(state):
-                continue
-            expected = {(after, ended.failure) for after, ended, _ in listed.after(state)}
-            found: set[tuple[tuple[Any, ...], bool]] = set()
-            for branch in made.branches:
-                assert is_true(branch.guard, env)
-                for chosen in product(*branch.opened.values()):
-                    opened = dict(zip(branch.opened, chosen, strict=True))
-                    updated = {name: evaluate(term, env) for name, term in branch.updates.items()}
-                    after = {**env, **updated, **opened}
-                    later = {
-                        afterwards(variables.variables[name]).name: value for name, value in opened.items()
-                    }
-                    failed = is_true(branch.is_failure, {**env, **later})
-                    found.add((tuple(after[name] for name in system.names), failed))
-            assert found == expected
+            if listed.can_start(state):
+                expected = {(after, ended.failure) for after, ended, _ in listed.after(state)}
+                assert {end for each in made.branches for end in ends_of(each, env, variables)} == expected
+                stopped = {after for each in made.stops for after, _ in ends_of(each, env, variables)}
+                assert stopped == set(listed.stopped(state))
+
+
+def ends_of(
+    branch: SkillBranch, env: dict[str, Any], variables: LoopVariables
+) -> Iterator[tuple[tuple[Any, ...], bool]]:
+    """States in which a branch ends, each with true if the outcome that is measured there is a failure."""
+    assert is_true(branch.guard, env)
+    for chosen in product(*branch.opened.values()):
+        opened = dict(zip(branch.opened, chosen, strict=True))
+        known = env | {afterwards(variables.variables[name]).name: value for name, value in opened.items()}
+        updated = {name: evaluate(term, known) for name, term in branch.updates.items()}
+        is_success, is_failure = is_true(branch.is_success, known), is_true(branch.is_failure, known)
+        assert is_success + is_failure == is_true(branch.agrees, known)
+        if is_success or is_failure:
+            after = {**env, **updated, **opened}
+            yield tuple(after[name] for name in env), is_failure
 
 
 def test_a_skill_whose_input_has_no_value_cannot_start() -> None:
@@ -89,5 +97,11 @@ def test_a_skill_whose_input_has_no_value_cannot_start() -> None:
 
 
 def test_a_skill_is_settled_if_nothing_is_left_open() -> None:
-    made = loop()
-    assert symbolic_skill(made.system.ecm.skills["wrap"], {}, made.system.variables, ()).is_settled
+    variables = loop().system.variables
+    for either in ({}, {WRAPPED: None}, {"m.elsewhere": None}):
+        ending = replace(outcome("cooked", {COOKED: True}), consequences=either)
+        found = symbolic_skill(skill("boil", ending), {}, variables, ())
+        assert found.is_settled is (WRAPPED not in either)
+        assert [dict(one.opened) for one in found.branches] == [
+            dict.fromkeys({*either} & {WRAPPED}, (False, True))
+        ]

@@ -69,6 +69,8 @@ def test_limits_are_the_largest_numbers_that_are_allowed(monkeypatch: pytest.Mon
     monkeypatch.setattr(state_sets, "MAX_COMBINATIONS", 5)
     made = sets()
     assert made.where(term("count == 2")) != made.none
+    joined = term("not (count == 2 and dumpling_cooked or area == pot and not dumpling_cooked)")
+    assert made.where(joined) != made.none
     with pytest.raises(
         StateSpaceError, match=r"^a condition compares too many values of `count` and `fill_level`$"
     ):
