@@ -97,13 +97,10 @@ def test_the_reports_on_names_of_absent_modules_in_full() -> None:
     blocks = (blocked("polish", "rubb"), blocked("polish", "zzz"), blocked("polsh"), blocked("serve"))
     polish = {"polish": ("rub", "shine")}
     lines: list[str] = []
-    for grants in (("serve",), ("serve", "brew", "pour")):
-        site = build(
-            SiteSummary,
-            grants=dict.fromkeys(grants, SPAN),
-            shared={"polish.gloss": SPAN, "serve.tray": SPAN},
-            blocks=blocks,
-        )
+    shared = {"polish.gloss": SPAN, "serve.tray": SPAN}
+    for grants, more in ((("serve",), {"shared": shared, "blocks": blocks}), (("serve", "brew", "pour"), {})):
+        given = {"shared": {}, "blocks": (), **more}
+        site = build(SiteSummary, grants=dict.fromkeys(grants, SPAN), **given)
         lines += [line for one in policy_name_obligations(polish, site) for line in claim_lines(one)]
     for settings, names in (({"polish": SPAN, "serve": None}, ("polsh", "serv")), ({"brew": SPAN}, ())):
         lines += [line for one in settings_obligations(settings, names) for line in claim_lines(one)]

@@ -115,6 +115,20 @@ def test_the_reports_on_models_in_full(
         found = claims(folder, site, old, new).values()
         assert {one.diagnostic.code for one in found if one.diagnostic is not None} == {code}
         lines += [line for one in found for line in claim_lines(one)]
+    folder = Path(shutil.copytree(module, tmp_path / "whole numbers"))
+    float32, int64 = b"\x08\x01\x12", b"\x08\x07\x12"  # the type of an input or output, and its shape
+    (folder / "tent.onnx").write_bytes(content_of(TENT).replace(float32, int64))
+    lines += ["", "# whole numbers"]
+    lines += [line for one in claims(folder, site).values() for line in claim_lines(one)]
+    monkeypatch.setattr(models, "marabou_version", lambda: "maraboupy 2.0.0")
+    monkeypatch.setattr(models, "decide_with_marabou", lambda *_: BoundSearch(False, None, 2))
+    folder = Path(shutil.copytree(module, tmp_path / "open"))
+    lines += ["", "# a bound that Marabou leaves open, too"]
+    _, *change = CHANGES["an open bound"]
+    lines += [line for one in claims(folder, site, *change).values() for line in claim_lines(one)]
+    (folder / "tent.onnx").write_bytes(content_of(TENT).replace(b"Relu", b"Selu"))
+    lines += ["", "# an operator that is not understood"]
+    lines += [line for one in claims(folder, site).values() for line in claim_lines(one)]
     missing = Path(shutil.copytree(module, tmp_path / "missing"))
     loaded = load_ecm(missing, site, Diagnostics())
     assert loaded is not None
