@@ -27,9 +27,9 @@ SEEN = '\n\ndef rest(seen: Observation) -> float:\n    return 0.1 if seen["hands
 NOTE = "\n\ndef note(seen: list[int]) -> None:\n    seen.append(1)\n"
 
 
-def reported(folder: Path, body: str) -> tuple[Diagnostic, ...]:
-    """The errors of a module whose skill has this body."""
-    module = shutil.copytree(CORPUS / "accepted" / "left_to_the_gate", folder / "left_to_the_gate")
+def reported(folder: Path, body: str, case: str = "left_to_the_gate") -> tuple[Diagnostic, ...]:
+    """The errors of a module of the corpus whose skill has this body."""
+    module = shutil.copytree(CORPUS / "accepted" / case, folder / case)
     (module / "skills.py").write_text(HEAD + body)
     report = verify([module], CORPUS / "site" / "table.yaml", detail=Detail.BRIEF)
     (found,) = report.modules
@@ -65,6 +65,7 @@ def test_a_text_that_is_no_member_of_its_enum_is_marked(tmp_path: Path) -> None:
         ('    yield act("approach", pace=0.21)\n', "AE148", 'act("approach", pace=0.21)'),
         ('    yield act("approach", pace=6)\n', "AE148", "6"),
         ('    yield act("approach", pace="slow")\n', "AE148", '"slow"'),
+        ('    yield act("approach", pace=1e999)\n', "AE148", "1e999"),
         ('    yield act("approach", pace=None)\n', "AE148", "None"),
         ('    yield act("approach", pace=(0.1, 0.1))\n', "AE148", "(0.1, 0.1)"),
         ('    yield act("approach", pace=-0.1)\n', "AE148", "-0.1"),
@@ -94,6 +95,7 @@ def test_a_mistake_is_marked_where_it_is(tmp_path: Path, body: str, code: str, m
         # The name has more than one value.
         '    yield act("approach", pace=PACE)\n\n\nPACE = 0.21\nPACE = 0.1\n',
         '    PACE = 0.1\n    yield act("approach", pace=PACE)\n\n\nPACE = 0.21\n',
+        '    yield act("approach", **{"pace": 0.1})\n',
         f"    yield from rest()\n{REST}",
         # A function without a yield of its own does its work when it is called.
         f"    note([])\n    yield {MOVE}\n{NOTE}",
@@ -102,3 +104,29 @@ def test_a_mistake_is_marked_where_it_is(tmp_path: Path, body: str, code: str, m
 def test_code_that_may_be_right_is_not_reported(tmp_path: Path, body: str) -> None:
     found = {one.code for one in reported(tmp_path, body)}
     assert found & {"AE146", "AE147", "AE148", "AE149"} == set()
+
+
+@pytest.mark.parametrize(
+    ("target", "marked"),
+    [
+        ("(0.1, 0.0, 0.6)", 'act("move", target=(0.1, 0.0, 0.6), speed=0.1)'),
+        ("(0.1, -0.375, 0.1)", None),
+        ("(0.1, -0.4, 0.1)", 'act("move", target=(0.1, -0.4, 0.1), speed=0.1)'),
+        ("(0.1, 0.0, 2.5)", "(0.1, 0.0, 2.5)"),
+        ("(0.1, 0.0)", "(0.1, 0.0)"),
+        ("(0.1, 0.0, True)", "(0.1, 0.0, True)"),
+        ("HOME", 'act("move", target=HOME, speed=0.1)'),
+        ("(0.1, LEFT, 0.1)", 'act("move", target=(0.1, LEFT, 0.1), speed=0.1)'),
+    ],
+)
+def test_a_place_that_is_written_out_is_judged_by_the_envelope(
+    tmp_path: Path, target: str, marked: str | None
+) -> None:
+    body = f'    yield act("move", target={target}, speed=0.1)\n\n\nHOME = (0.0, 0.0, -0.1)\nLEFT = -0.41\n'
+    found = reported(tmp_path, body, "bound_in_other_units")
+    marks = [one.primary.span.text for one in found if one.primary and one.code == "AE148"]
+    assert marks == ([] if marked is None else [marked])
+    if marked is not None:
+        compare_with_section(
+            REPORTS, repr(body), "".join(f"{line}\n" for one in found for line in shown(one))
+        )
