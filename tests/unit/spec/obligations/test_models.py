@@ -87,6 +87,25 @@ def test_a_network_with_an_unknown_operator_has_no_bound(module: Path, site: Sit
     assert "the operator `Selu`" in found.notes[0]
 
 
+@pytest.mark.parametrize(
+    ("ends", "verdict"),
+    [
+        ("{lower: [500], upper: [2000]}", Verdict.PROVED),
+        ("{lower: [500.5], upper: [2000]}", Verdict.REFUTED),
+        ("{lower: [500], upper: [1999.5]}", Verdict.REFUTED),
+    ],
+)
+def test_a_table_whose_extremes_are_the_ends_of_a_bound_keeps_it(
+    module: Path, site: Site, ends: str, verdict: Verdict
+) -> None:
+    table = module / "patience.csv"
+    table.write_text(table.read_text().replace("duration [ms]", "duration"))
+    manifest = (module / "ecm.yaml").read_text().replace("unit: ms, range: [0, 9000]", "range: [0, 9000]")
+    (module / "ecm.yaml").write_text(manifest)
+    found = claims(module, site, "{upper: [2001]}", ends)
+    assert found["models/patience/bound/short-while-clean"].verdict is verdict
+
+
 CHANGES = {
     "another shape": ("AE142", "shape: [1]}\n    outputs", "shape: [2]}\n    outputs"),
     "another input": ("AE142", "      x: {range: [0, 2]", "      z: {range: [0, 2]"),
@@ -119,6 +138,12 @@ def test_the_reports_on_models_in_full(
     float32, int64 = b"\x08\x01\x12", b"\x08\x07\x12"  # the type of an input or output, and its shape
     (folder / "tent.onnx").write_bytes(content_of(TENT).replace(float32, int64))
     lines += ["", "# whole numbers"]
+    lines += [line for one in claims(folder, site).values() for line in claim_lines(one)]
+    given, hidden = b"Z\x13\n\x01x", b"j\x13\n\x01x"  # an input of the graph, and a mere value in it
+    content = content_of(TENT)
+    assert given in content
+    (folder / "tent.onnx").write_bytes(content.replace(given, hidden))
+    lines += ["", "# a network without inputs"]
     lines += [line for one in claims(folder, site).values() for line in claim_lines(one)]
     monkeypatch.setattr(models, "marabou_version", lambda: "maraboupy 2.0.0")
     monkeypatch.setattr(models, "decide_with_marabou", lambda *_: BoundSearch(False, None, 2))
