@@ -119,6 +119,16 @@ CHANGES = {
 }
 
 
+SEVERAL = (
+    ("unit: ms, range: [0, 9000]", "range: [0, 7000]"),
+    ("x: {range: [0, 2], shape: [1]}", "x: {range: [0, 2], shape: [2]}"),
+    ("y: {range: [-1, 2], shape: [1]}", "y: {range: [-1, 2], shape: [2]}"),
+    ("then: {y: {lower: [-0.1], upper: [1.1]}}", "then: {y: {lower: [-1, -1], upper: [0, 1]}}"),
+    ("given: {x: {lower: [0.5], upper: [1.5]}}", "given: {x: {lower: [0.5, 0.5]}}"),
+    ("then: {y: {upper: [1]}}", "then: {y: {upper: [1, 1]}}"),
+)
+
+
 def test_the_reports_on_models_in_full(
     module: Path, site: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -144,6 +154,16 @@ def test_the_reports_on_models_in_full(
     assert given in content
     (folder / "tent.onnx").write_bytes(content.replace(given, hidden))
     lines += ["", "# a network without inputs"]
+    lines += [line for one in claims(folder, site).values() for line in claim_lines(one)]
+    folder = Path(shutil.copytree(module, tmp_path / "several"))
+    (folder / "tent.onnx").write_bytes(content_of(random_layers(1, (2, 6, 6, 2))))
+    (folder / "patience.csv").write_text("dirt [%],duration\n0,500\n100,8000\n")
+    manifest = (folder / "ecm.yaml").read_text()
+    for old, new in SEVERAL:
+        assert old in manifest
+        manifest = manifest.replace(old, new)
+    (folder / "ecm.yaml").write_text(manifest)
+    lines += ["", "# several numbers, and a column without a unit"]
     lines += [line for one in claims(folder, site).values() for line in claim_lines(one)]
     monkeypatch.setattr(models, "marabou_version", lambda: "maraboupy 2.0.0")
     monkeypatch.setattr(models, "decide_with_marabou", lambda *_: BoundSearch(False, None, 2))

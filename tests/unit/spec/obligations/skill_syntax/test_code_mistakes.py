@@ -27,10 +27,12 @@ SEEN = '\n\ndef rest(seen: Observation) -> float:\n    return 0.1 if seen["hands
 NOTE = "\n\ndef note(seen: list[int]) -> None:\n    seen.append(1)\n"
 
 
-def reported(folder: Path, body: str, case: str = "left_to_the_gate") -> tuple[Diagnostic, ...]:
+def reported(
+    folder: Path, body: str, case: str = "left_to_the_gate", head: str = HEAD
+) -> tuple[Diagnostic, ...]:
     """The errors of a module of the corpus whose skill has this body."""
     module = shutil.copytree(CORPUS / "accepted" / case, folder / case)
-    (module / "skills.py").write_text(HEAD + body)
+    (module / "skills.py").write_text(head + body)
     report = verify([module], CORPUS / "site" / "table.yaml", detail=Detail.BRIEF)
     (found,) = report.modules
     return found.diagnostics
@@ -64,6 +66,7 @@ def test_a_text_that_is_no_member_of_its_enum_is_marked(tmp_path: Path) -> None:
         ('    yield Action("approach", {})\n', "AE149", 'Action("approach", {})'),
         ('    yield act("approach", pace=0.21)\n', "AE148", 'act("approach", pace=0.21)'),
         ('    yield act("approach", pace=6)\n', "AE148", "6"),
+        ('    yield act("approach", pace=5)\n', "AE148", 'act("approach", pace=5)'),
         ('    yield act("approach", pace="slow")\n', "AE148", '"slow"'),
         ('    yield act("approach", pace=1e999)\n', "AE148", "1e999"),
         ('    yield act("approach", pace=None)\n', "AE148", "None"),
@@ -86,6 +89,7 @@ def test_a_mistake_is_marked_where_it_is(tmp_path: Path, body: str, code: str, m
     "body",
     [
         '    yield act("approach", pace=0.1)\n',
+        '    yield act("approach", pace=0)\n',
         '    if observed["person_near"] or observed.get("hand"):\n        yield act("approach", pace=0.1)\n',
         # The name is something else then.
         '    observed = {"hands": 1}\n    yield act("approach", pace=0.1 * observed["hands"])\n',
@@ -130,3 +134,34 @@ def test_a_place_that_is_written_out_is_judged_by_the_envelope(
         compare_with_section(
             REPORTS, repr(body), "".join(f"{line}\n" for one in found for line in shown(one))
         )
+
+
+BARE = "from aeros.skill import Models, act\n\n\ndef tidy(observed, inputs):\n"
+WITH_MODELS = BARE.replace("observed, inputs", "observed, inputs, models: Models")
+
+
+@pytest.mark.parametrize(
+    ("case", "head", "body", "marked"),
+    [
+        ("left_to_the_gate", BARE, f'    yield {MOVE}\n    print(observed["hands"])\n', '"hands"'),
+        ("left_to_the_gate", BARE, f'    yield {MOVE}\n    print(inputs["pace"])\n', '"pace"'),
+        (
+            "models_with_an_interface",
+            WITH_MODELS,
+            '    yield act("wait", duration=models["calm"])\n',
+            '"calm"',
+        ),
+        (
+            "models_with_an_interface",
+            WITH_MODELS,
+            '    yield act("wait", duration=models["patience"].run(dirt=0.5)["duraton"])\n',
+            '"duraton"',
+        ),
+    ],
+)
+def test_a_key_is_known_by_the_place_of_its_parameter_and_a_model_by_its_annotation(
+    tmp_path: Path, case: str, head: str, body: str, marked: str
+) -> None:
+    found = [one for one in reported(tmp_path, body, case, head) if one.code == "AE147"]
+    assert [one.primary.span.text for one in found if one.primary] == [marked]
+    compare_with_section(REPORTS, repr(body), "".join(f"{line}\n" for one in found for line in shown(one)))
