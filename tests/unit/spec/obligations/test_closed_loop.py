@@ -448,12 +448,15 @@ def test_a_start_that_contradicts_a_definition_is_reported_with_every_value_that
     tmp_path: Path,
 ) -> None:
     case = "rejected/closed_loop/start_that_contradicts_a_definition"
-    more = (
-        "definition: hand.z >= 10 cm",
-        "definition: hand.z >= 10 cm and fetched == sponge and dirt < 50 %",
-    )
+    text = "hand.z >= 10 cm and fetched == sponge and dirt < 50 % and not person_near"
+    more = ("definition: hand.z >= 10 cm", f"definition: {text}")
     start = ("initial: {", "initial: {fetched: sponge, dirt: 20 %, ")
     assert reported_codes(tmp_path, case, more, start) == ["AE806"]
+
+
+def test_a_start_that_no_value_of_a_quantity_allows_is_reported_without_values(tmp_path: Path) -> None:
+    case = "rejected/closed_loop/start_that_contradicts_a_definition"
+    assert reported_codes(tmp_path, case, ("hand.z >= 10 cm", "dirt > 100 %")) == ["AE806"]
 
 
 def test_a_composition_that_may_not_start_is_named_with_its_precondition(tmp_path: Path) -> None:
