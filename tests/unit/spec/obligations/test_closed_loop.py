@@ -429,23 +429,38 @@ def test_a_start_is_refused_exactly_where_it_contradicts_a_definition(
         assert f"`{WRAPPED}` is {stated}; by its definition it is {other}" in reported[0].headline
 
 
+def reported_codes(folder: Path, case: str, *edits: tuple[str, str]) -> list[str]:
+    """Codes of what is reported on a case of the corpus after these edits of its manifest."""
+    place = load_site(CORPUS / "site" / "table.yaml", Diagnostics())
+    assert place is not None
+    manifest = (CORPUS / case / "ecm.yaml").read_text()
+    for old, new in edits:
+        assert old in manifest
+        manifest = manifest.replace(old, new)
+    (folder / "ecm.yaml").write_text(manifest)
+    found = load_ecm(folder, place, Diagnostics())
+    assert found is not None
+    claims = settled(found.ecm, place.with_modules(found.ecm.with_owners)).values()
+    return [one.diagnostic.code for one in claims if one.diagnostic is not None]
+
+
 def test_a_start_that_contradicts_a_definition_is_reported_with_every_value_that_it_states(
     tmp_path: Path,
 ) -> None:
-    place = load_site(CORPUS / "site" / "table.yaml", Diagnostics())
-    assert place is not None
-    manifest = (CORPUS / "rejected/closed_loop/start_that_contradicts_a_definition/ecm.yaml").read_text()
-    more = (
-        "definition: hand.z >= 10 cm",
-        "definition: hand.z >= 10 cm and fetched == sponge and dirt < 50 %",
-    )
+    case = "rejected/closed_loop/start_that_contradicts_a_definition"
+    text = "hand.z >= 10 cm and fetched == sponge and dirt < 50 % and not person_near"
+    more = ("definition: hand.z >= 10 cm", f"definition: {text}")
     start = ("initial: {", "initial: {fetched: sponge, dirt: 20 %, ")
-    for old, new in (more, start):
-        assert old in manifest
-        manifest = manifest.replace(old, new)
-    (tmp_path / "ecm.yaml").write_text(manifest)
-    found = load_ecm(tmp_path, place, Diagnostics())
-    assert found is not None
-    whole = place.with_modules(found.ecm.with_owners)
-    reported = [one.diagnostic for one in settled(found.ecm, whole).values()]
-    assert [one.code for one in reported if one is not None] == ["AE806"]
+    assert reported_codes(tmp_path, case, more, start) == ["AE806"]
+
+
+def test_a_start_that_no_value_of_a_quantity_allows_is_reported_without_values(tmp_path: Path) -> None:
+    case = "rejected/closed_loop/start_that_contradicts_a_definition"
+    assert reported_codes(tmp_path, case, ("hand.z >= 10 cm", "dirt > 100 %")) == ["AE806"]
+
+
+def test_a_composition_that_may_not_start_is_named_with_its_precondition(tmp_path: Path) -> None:
+    case = "accepted/capability_by_a_sequence_or_a_composition"
+    edit = ("and tidy\n    do:", "and tidy\n    precondition: fetched == sponge\n    do:")
+    assert reported_codes(tmp_path, case) == []
+    assert reported_codes(tmp_path, case, edit) == ["AE801"]

@@ -106,6 +106,18 @@ def test_a_table_whose_extremes_are_the_ends_of_a_bound_keeps_it(
     assert found["models/patience/bound/short-while-clean"].verdict is verdict
 
 
+@pytest.mark.parametrize(("upper", "code"), [("1250.001", None), ("1250", "AE509"), ("1249.999", "AE511")])
+def test_an_extreme_inside_of_a_cell_is_decided_unless_it_is_within_rounding_of_the_bound(
+    module: Path, site: Site, upper: str, code: str | None
+) -> None:
+    table = module / "patience.csv"
+    table.write_text(table.read_text().replace("duration [ms]", "duration"))
+    manifest = (module / "ecm.yaml").read_text().replace("unit: ms, range: [0, 9000]", "range: [0, 9000]")
+    (module / "ecm.yaml").write_text(manifest.replace("upper: [2001]", f"upper: [{upper}]"))
+    claim = claims(module, site, "upper: [50]", "upper: [25]")["models/patience/bound/short-while-clean"]
+    assert (claim.diagnostic and claim.diagnostic.code) == code
+
+
 CHANGES = {
     "another shape": ("AE142", "shape: [1]}\n    outputs", "shape: [2]}\n    outputs"),
     "another input": ("AE142", "      x: {range: [0, 2]", "      z: {range: [0, 2]"),

@@ -7,7 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.obligations.skill_syntax.code_mistakes import first_code_mistake
+from aeros.spec.obligations.skill_syntax.skill_source import read_skill_files
+from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.verify import Detail, verify
 from tests.repo.tree import ROOT
 from tests.reports_in_full import compare_with_section, shown
@@ -165,3 +169,23 @@ def test_a_key_is_known_by_the_place_of_its_parameter_and_a_model_by_its_annotat
     found = [one for one in reported(tmp_path, body, case, head) if one.code == "AE147"]
     assert [one.primary.span.text for one in found if one.primary] == [marked]
     compare_with_section(REPORTS, repr(body), "".join(f"{line}\n" for one in found for line in shown(one)))
+
+
+def test_a_camera_is_known_by_the_name_that_the_module_gives_it() -> None:
+    place = load_site(reference_site_path(), Diagnostics())
+    assert place is not None
+    loaded = load_ecm(ROOT / "ecms" / "inspect_table", place, Diagnostics())
+    assert loaded is not None
+    ecm = loaded.ecm
+    assert ecm.names.cameras["mast"] == "table_side"
+    code = Path(ecm.folder, "skills.py").read_text()
+
+    def mistakes(text: str) -> list[Diagnostic]:
+        files = read_skill_files("inspect_table", {"skills.py": text.encode()})
+        whole = place.with_modules(ecm.with_owners)
+        found = [first_code_mistake(one, ecm, whole, files) for one in ecm.skills.values()]
+        return [one for one in found if one is not None]
+
+    assert mistakes(code) == []
+    reported = mistakes(code.replace('camera="mast"', 'camera="mats"'))
+    assert {(one.code, one.help) for one in reported} == {("AE148", ("did you mean `mast`?",))}
