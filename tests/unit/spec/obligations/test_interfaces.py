@@ -50,8 +50,8 @@ def declared(
     return Declared(variable, ECM.span, range=bounds, default_value=default)
 
 
-def verdicts(ecm: Ecm) -> dict[str, Verdict]:
-    claims = list(interface_obligations(ecm, SITE))
+def verdicts(ecm: Ecm, site: Site = SITE) -> dict[str, Verdict]:
+    claims = list(interface_obligations(ecm, site))
     found = {str(one.id): one.verdict for one in claims if not isinstance(one, Obligation)}
     asked = [one for one in claims if isinstance(one, Obligation)]
     return found | {str(one.obligation.id): one.verdict for one in discharge_obligations(asked)}
@@ -180,3 +180,18 @@ def test_the_claims_about_interfaces_in_full(tmp_path: Path, monkeypatch: pytest
     lines += ["", "# more paths than are explored"]
     lines += [line for one in interface_obligations(HELPER, SITE) for line in claim_lines(one)]
     compare_with_file(Path(__file__).with_name("data") / "interface_claims.txt", "\n".join(lines[1:]) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("promise", "verdict"), [("not table_dull", Verdict.PROVED), ("table_dull", Verdict.REFUTED)]
+)
+def test_a_promise_about_a_defined_predicate_follows_from_what_defines_it(
+    tmp_path: Path, promise: str, verdict: Verdict
+) -> None:
+    manifest = (CORPUS / "accepted/predicate_by_definition/ecm.yaml").read_text()
+    interface = f"interface: {{achieves: {promise}}}, provided_by: [tidy]}}"
+    (tmp_path / "ecm.yaml").write_text(manifest.replace("provided_by: [tidy]}", interface))
+    found = load_ecm(tmp_path, SITE, Diagnostics())
+    assert found is not None
+    judged = verdicts(found.ecm, SITE.with_modules(found.ecm.with_owners))
+    assert judged["interface/tidying/tidy/achieved"] is verdict

@@ -10,7 +10,7 @@ import pytest
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.obligations.skill_syntax.code_mistakes import first_code_mistake
-from aeros.spec.obligations.skill_syntax.skill_source import read_skill_files
+from aeros.spec.obligations.skill_syntax.skill_source import SkillFile
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.verify import Detail, verify
 from tests.repo.tree import ROOT
@@ -171,6 +171,14 @@ def test_a_key_is_known_by_the_place_of_its_parameter_and_a_model_by_its_annotat
     compare_with_section(REPORTS, repr(body), "".join(f"{line}\n" for one in found for line in shown(one)))
 
 
+def test_the_own_state_of_a_module_is_known_by_its_short_name_alone(tmp_path: Path) -> None:
+    case = "measures_its_own_predicate"
+    own, full = (f'    if observed["{name}"]:\n        yield {MOVE}\n' for name in ("clean", f"{case}.clean"))
+    codes = {one.code for one in reported(tmp_path / "own", own, case)}
+    assert "AE147" not in codes
+    assert "AE147" in {one.code for one in reported(tmp_path / "full", full, case)}
+
+
 def test_a_camera_is_known_by_the_name_that_the_module_gives_it() -> None:
     place = load_site(reference_site_path(), Diagnostics())
     assert place is not None
@@ -181,7 +189,7 @@ def test_a_camera_is_known_by_the_name_that_the_module_gives_it() -> None:
     code = Path(ecm.folder, "skills.py").read_text()
 
     def mistakes(text: str) -> list[Diagnostic]:
-        files = read_skill_files("inspect_table", {"skills.py": text.encode()})
+        files = {"skills.py": SkillFile("skills.py", text.encode())}
         whole = place.with_modules(ecm.with_owners)
         found = [first_code_mistake(one, ecm, whole, files) for one in ecm.skills.values()]
         return [one for one in found if one is not None]
