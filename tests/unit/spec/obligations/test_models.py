@@ -100,7 +100,7 @@ def test_a_table_whose_extremes_are_the_ends_of_a_bound_keeps_it(
 ) -> None:
     table = module / "patience.csv"
     table.write_text(table.read_text().replace("duration [ms]", "duration"))
-    manifest = (module / "ecm.yaml").read_text().replace("unit: ms, range: [0, 9000]", "range: [0, 9000]")
+    manifest = (module / "ecm.yaml").read_text().replace("unit: ms, range: [0, 9000]", "range: [500, 8000]")
     (module / "ecm.yaml").write_text(manifest)
     found = claims(module, site, "{upper: [2001]}", ends)
     assert found["models/patience/bound/short-while-clean"].verdict is verdict
@@ -112,10 +112,21 @@ def test_an_extreme_inside_of_a_cell_is_decided_unless_it_is_within_rounding_of_
 ) -> None:
     table = module / "patience.csv"
     table.write_text(table.read_text().replace("duration [ms]", "duration"))
-    manifest = (module / "ecm.yaml").read_text().replace("unit: ms, range: [0, 9000]", "range: [0, 9000]")
+    manifest = (module / "ecm.yaml").read_text().replace("unit: ms, range: [0, 9000]", "range: [500, 8000]")
     (module / "ecm.yaml").write_text(manifest.replace("upper: [2001]", f"upper: [{upper}]"))
     claim = claims(module, site, "upper: [50]", "upper: [25]")["models/patience/bound/short-while-clean"]
     assert (claim.diagnostic and claim.diagnostic.code) == code
+
+
+def test_a_number_that_is_rounded_beyond_a_bound_violates_it(module: Path, site: Site) -> None:
+    """0.1 as a double is above a tenth, and 0.375 is exact."""
+    manifest = (module / "ecm.yaml").read_text().replace("unit: ms, range: [0, 9000]", "range: [0, 1]")
+    (module / "ecm.yaml").write_text(manifest)
+    for number, old, code in (("0.1", "2001", "AE511"), ("0.375", "0.1", None)):
+        (module / "patience.csv").write_text(f"dirt [%],duration\n0,0\n50,{number}\n100,1\n")
+        found = claims(module, site, f"upper: [{old}]", f"upper: [{number}]")
+        claim = found["models/patience/bound/short-while-clean"]
+        assert (claim.diagnostic and claim.diagnostic.code) == code
 
 
 CHANGES = {

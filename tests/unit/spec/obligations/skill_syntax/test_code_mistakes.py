@@ -140,6 +140,12 @@ def test_a_place_that_is_written_out_is_judged_by_the_envelope(
         )
 
 
+def test_a_parameter_that_is_written_out_is_judged_beside_one_that_is_not(tmp_path: Path) -> None:
+    body = '    yield act("move", target=observed["hand"], speed=6)\n'
+    (found,) = reported(tmp_path, body, "bound_in_other_units")
+    assert (found.code, found.primary and found.primary.span.text) == ("AE148", "6")
+
+
 BARE = "from aeros.skill import Models, act\n\n\ndef tidy(observed, inputs):\n"
 WITH_MODELS = BARE.replace("observed, inputs", "observed, inputs, models: Models")
 
