@@ -126,6 +126,16 @@ def test_the_parts_of_a_pattern_are_its_words_and_slots() -> None:
     assert pattern.format == "form/code/%s/line-%s/gated-%s"
 
 
+def test_a_pattern_has_the_name_that_it_is_listed_under_and_rivals_among_the_kinds() -> None:
+    class Forms:
+        START = ClaimPattern("safety/{skill}/can-start")
+
+    assert Forms.START.name == "START"
+    rivals = {form for _, _, form in Forms.START.rivals}
+    assert ClaimForm.SKILL_CAN_START in rivals
+    assert ClaimForm.GOAL_EFFECTIVE not in rivals
+
+
 def test_a_kind_of_claim_has_the_name_of_its_member_and_stays_one_in_another_process() -> None:
     for form in CLAIM_FORMS:
         assert getattr(ClaimForm, form.name) is form is claim_form(form.name)
