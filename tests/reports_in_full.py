@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+from aeros.spec.expr.unparse import unparse
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.verdicts import StaticClaim
 
@@ -31,7 +32,7 @@ def shown(diagnostic: Diagnostic) -> Iterator[str]:
 
 
 def claim_lines(claim: Obligation | StaticClaim) -> Iterator[str]:
-    """Write a claim with what its report would say, but for its formulas.
+    """Write a claim with its formulas and with what its report would say.
 
     Args:
         claim: the claim.
@@ -47,12 +48,15 @@ def claim_lines(claim: Obligation | StaticClaim) -> Iterator[str]:
     one = claim
     yield f"{one.id}: {one.mode.value}, else {one.failure_verdict.value}"
     yield from shown(Diagnostic(one.code, one.headline, one.primary, one.secondary, one.notes, one.help))
-    yield f"    over: {', '.join(one.space.by_name)}; {len(one.space.assumptions)} assumptions"
+    yield f"    over: {', '.join(one.space.by_name)}"
+    yield from (f"    assumes: {unparse(term)}" for term in one.space.assumptions)
+    yield f"    claims: {unparse(one.conclusion)}"
     if one.runtime_checked_rule is not None:
         yield f"    or at run time: {one.runtime_checked_rule}"
     if one.clause is not None:
         yield f"    from the envelope: {one.clause.text}"
-    yield from (f"    conjunct: {c.label.span.text}  <- {c.label.text}" for c in one.labelled_conjuncts)
+    for part in one.labelled_conjuncts:
+        yield f"    conjunct: {part.label.span.text}  <- {part.label.text}".rstrip()
 
 
 def _underlined(label: SpanLabel) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from aeros.spec.diagnostics.codes import Severity
@@ -15,6 +17,7 @@ from aeros.spec.obligations.absent_modules import (
     settings_obligations,
 )
 from aeros.spec.text.discovery import reference_site_path
+from tests.reports_in_full import claim_lines, compare_with_file
 from tests.unit.agent.dumplings import build
 
 SPAN = Source("site.yaml", "polish: {}").span(0, 6)
@@ -88,3 +91,18 @@ def test_names_are_near_if_a_slip_makes_them_equal() -> None:
     grants = {"polsh": SPAN, "polisch": shipped, "brew": SPAN, "polish": SPAN}
     site = build(SiteSummary, grants=grants, blocks=(blocked("pollish"),))
     assert names_near({"polish"}, site) == {"polsh", "pollish"}
+
+
+def test_the_reports_on_names_of_absent_modules_in_full() -> None:
+    blocks = (blocked("polish", "rubb"), blocked("polish", "zzz"), blocked("polsh"), blocked("serve"))
+    polish = {"polish": ("rub", "shine")}
+    lines: list[str] = []
+    shared = {"polish.gloss": SPAN, "serve.tray": SPAN}
+    for grants, more in ((("serve",), {"shared": shared, "blocks": blocks}), (("serve", "brew", "pour"), {})):
+        given = {"shared": {}, "blocks": (), **more}
+        site = build(SiteSummary, grants=dict.fromkeys(grants, SPAN), **given)
+        lines += [line for one in policy_name_obligations(polish, site) for line in claim_lines(one)]
+    for settings, names in (({"polish": SPAN, "serve": None}, ("polsh", "serv")), ({"brew": SPAN}, ())):
+        lines += [line for one in settings_obligations(settings, names) for line in claim_lines(one)]
+    data = Path(__file__).with_name("data")
+    compare_with_file(data / "absent_module_reports.txt", "\n".join(lines) + "\n")

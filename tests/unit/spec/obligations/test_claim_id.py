@@ -7,6 +7,7 @@ AEROS_UPDATE_GOLDEN=1 pytest tests/unit/spec/obligations/test_claim_id.py   rewr
 
 from __future__ import annotations
 
+import copy
 import json
 import os
 from collections.abc import Iterator
@@ -17,7 +18,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.obligations.claim_id import CLAIM_FORMS, ClaimForm, ClaimId, ClaimPattern, fits_slot
+from aeros.spec.obligations.claim_id import (
+    CLAIM_FORMS,
+    ClaimForm,
+    ClaimId,
+    ClaimPattern,
+    claim_form,
+    fits_slot,
+)
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.verify import verify
 
@@ -106,6 +114,36 @@ def test_a_claim_takes_a_name_for_each_slot_of_its_form() -> None:
         ClaimForm.IF_COVERS("tidy", "first")
     with pytest.raises(MisuseError, match="is no path"):
         ClaimForm.CODE_REACHES_NOTHING("skills.py/asking")
+
+
+def test_the_parts_of_a_pattern_are_its_words_and_slots() -> None:
+    pattern = ClaimPattern("form/code/{path}/line-{number}/gated-{invariant}")
+    parts = [("form", ""), ("code", ""), ("", "path"), ("line-", "number"), ("gated-", "invariant")]
+    assert [(one.word, one.slot) for one in pattern.segments] == parts
+    assert pattern.slots == ("path", "number", "invariant")
+    assert pattern.checked_slots == ((0, "path"), (1, "number"))
+    assert pattern.group == "form"
+    assert pattern.format == "form/code/%s/line-%s/gated-%s"
+
+
+def test_a_pattern_has_the_name_that_it_is_listed_under_and_rivals_among_the_kinds() -> None:
+    class Forms:
+        START = ClaimPattern("safety/{skill}/can-start")
+
+    assert Forms.START.name == "START"
+    rivals = {form for _, _, form in Forms.START.rivals}
+    assert ClaimForm.SKILL_CAN_START in rivals
+    assert ClaimForm.GOAL_EFFECTIVE not in rivals
+
+
+def test_a_kind_of_claim_has_the_name_of_its_member_and_stays_one_in_another_process() -> None:
+    for form in CLAIM_FORMS:
+        assert getattr(ClaimForm, form.name) is form is claim_form(form.name)
+        assert repr(form) == f"ClaimForm.{form.name}"
+        assert copy.copy(form) is form  # as another process that reads it
+    for name in ("NOTHING", "__doc__"):
+        with pytest.raises(KeyError, match=name):
+            claim_form(name)
 
 
 def test_every_claim_of_a_module_whose_names_clash_is_in_its_certificate() -> None:

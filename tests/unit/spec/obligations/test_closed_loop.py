@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,13 +15,16 @@ from hypothesis import strategies as st
 
 from aeros.spec.closed_loop import reachability
 from aeros.spec.closed_loop.symbolic import certificate
-from aeros.spec.diagnostics.codes import Severity, SpanLabel
+from aeros.spec.diagnostics.codes import Diagnostics, Severity, SpanLabel
+from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm, Outcome, PlanningRule, Skill, TaskInvariant
 from aeros.spec.model.perception import Definition
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from aeros.spec.verification.discharge import discharge_obligations
+from tests.reports_in_full import claim_lines, compare_with_section
 from tests.unit.agent.dumplings import (
     DUMPLING,
     MAKE_DUMPLINGS,
@@ -35,6 +40,8 @@ from tests.unit.agent.dumplings import (
     term,
 )
 
+DATA = Path(__file__).with_name("data")
+CORPUS = Path(__file__).parents[3] / "corpus"
 WRAPPED, COOKED = "dumpling_wrapped", "dumpling_cooked"
 CLEAN = dict.fromkeys(PREDICATES, False)
 
@@ -58,9 +65,26 @@ def claims(
     return settled(module("kitchen", skills, pursued))
 
 
-def settled(ecm: Ecm) -> dict[str, StaticClaim]:
-    listed = closed_loop_obligations(ecm, site())
-    return {str(one.id).split("/", 2)[2]: one for one in listed if isinstance(one, StaticClaim)}
+_LINES: list[str] = []
+"""What the claims of one test report."""
+
+
+@pytest.fixture(autouse=True)
+def compare_reports(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Compare what the claims of a test report with the section of a file."""
+    _LINES.clear()
+    yield
+    if _LINES and "hypothesis" not in request.keywords:
+        text = "".join(f"{line}\n" for line in _LINES)
+        compare_with_section(DATA / "closed_loop_reports.txt", request.node.name, text)
+
+
+def settled(ecm: Ecm, at: Site | None = None) -> dict[str, StaticClaim]:
+    claims = closed_loop_obligations(ecm, at or site())
+    listed = [one for one in claims if isinstance(one, StaticClaim)]
+    for one in listed:
+        _LINES.extend(claim_lines(one))
+    return {str(one.id).split("/", 2)[2]: one for one in listed}
 
 
 def refutation(found: StaticClaim, code: str) -> tuple[str, ...]:
@@ -403,3 +427,40 @@ def test_a_start_is_refused_exactly_where_it_contradicts_a_definition(
     if reported:
         stated, other = ("true", "false") if wrapped else ("false", "true")
         assert f"`{WRAPPED}` is {stated}; by its definition it is {other}" in reported[0].headline
+
+
+def reported_codes(folder: Path, case: str, *edits: tuple[str, str]) -> list[str]:
+    """Codes of what is reported on a case of the corpus after these edits of its manifest."""
+    place = load_site(CORPUS / "site" / "table.yaml", Diagnostics())
+    assert place is not None
+    manifest = (CORPUS / case / "ecm.yaml").read_text()
+    for old, new in edits:
+        assert old in manifest
+        manifest = manifest.replace(old, new)
+    (folder / "ecm.yaml").write_text(manifest)
+    found = load_ecm(folder, place, Diagnostics())
+    assert found is not None
+    claims = settled(found.ecm, place.with_modules(found.ecm.with_owners)).values()
+    return [one.diagnostic.code for one in claims if one.diagnostic is not None]
+
+
+def test_a_start_that_contradicts_a_definition_is_reported_with_every_value_that_it_states(
+    tmp_path: Path,
+) -> None:
+    case = "rejected/closed_loop/start_that_contradicts_a_definition"
+    text = "hand.z >= 10 cm and fetched == sponge and dirt < 50 % and not person_near"
+    more = ("definition: hand.z >= 10 cm", f"definition: {text}")
+    start = ("initial: {", "initial: {fetched: sponge, dirt: 20 %, ")
+    assert reported_codes(tmp_path, case, more, start) == ["AE806"]
+
+
+def test_a_start_that_no_value_of_a_quantity_allows_is_reported_without_values(tmp_path: Path) -> None:
+    case = "rejected/closed_loop/start_that_contradicts_a_definition"
+    assert reported_codes(tmp_path, case, ("hand.z >= 10 cm", "dirt > 100 %")) == ["AE806"]
+
+
+def test_a_composition_that_may_not_start_is_named_with_its_precondition(tmp_path: Path) -> None:
+    case = "accepted/capability_by_a_sequence_or_a_composition"
+    edit = ("and tidy\n    do:", "and tidy\n    precondition: fetched == sponge\n    do:")
+    assert reported_codes(tmp_path, case) == []
+    assert reported_codes(tmp_path, case, edit) == ["AE801"]

@@ -4,11 +4,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from aeros.spec.flow import symbolic_paths
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.obligation import Obligation
+from tests.reports_in_full import claim_lines, compare_with_section
 from tests.unit.spec.obligations.data.tidier import Change, compare_reports, failed, module, site
 
 FETCH = "{skill: fetch, on_failure: stop}\n"
@@ -127,6 +130,22 @@ def test_a_claim_that_differs_between_situations_is_made_of_each() -> None:
         ("after\nfetch → got\nthen fetched = sponge",),
         ("after\nfetch → seen",),
     ]
+
+
+def test_a_condition_without_an_else_is_claimed_of_each_situation_that_reaches_it() -> None:
+    unsure = (
+        "      missed: {failure: true, probability: 0.1}",
+        "      seen: {effects: {table_tidy: true}, probability: 0.1}",
+    )
+    condition = "        - {if: fetched == sponge and dirt < 50 %, then: {skill: weigh, id: first}}\n"
+    claims = [
+        one
+        for one in composition_obligations(module(unsure, (SEQ, SEQ + condition)), site())
+        if isinstance(one, Obligation) and "/clean/if-1/covers" in str(one.id)
+    ]
+    lines = "".join(f"{line}\n" for one in claims for line in claim_lines(one))
+    file = Path(__file__).with_name("data") / "composition_reports.txt"
+    compare_with_section(file, "a condition in two situations", lines)
 
 
 def test_a_step_before_which_nothing_ran_needs_no_trace() -> None:

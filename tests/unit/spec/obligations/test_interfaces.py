@@ -50,8 +50,8 @@ def declared(
     return Declared(variable, ECM.span, range=bounds, default_value=default)
 
 
-def verdicts(ecm: Ecm) -> dict[str, Verdict]:
-    claims = list(interface_obligations(ecm, SITE))
+def verdicts(ecm: Ecm, site: Site = SITE) -> dict[str, Verdict]:
+    claims = list(interface_obligations(ecm, site))
     found = {str(one.id): one.verdict for one in claims if not isinstance(one, Obligation)}
     asked = [one for one in claims if isinstance(one, Obligation)]
     return found | {str(one.obligation.id): one.verdict for one in discharge_obligations(asked)}
@@ -154,6 +154,7 @@ CHANGES = {
     "an input of the interface alone": ("range: [2, 8]}}", "range: [2, 8]}, calm: {type: bool}}"),
     "a narrower input": ("range: [1, 10]", "range: [3, 10]"),
     "an input without a default": (", default: 2", ""),
+    "an output of another type": ("unit: kg, range", "unit: m, range"),
     "an output of the interface alone": ("{found: {type: real, unit: kg", "{total: {type: real, unit: kg"),
     "a wider output": ("range: [0, 4999]", "range: [0, 5001]"),
     "a start in every state": ("      precondition: not stop_pressed or inputs.force <= 4 N\n", ""),
@@ -164,7 +165,7 @@ CHANGES = {
 }
 
 
-def test_the_claims_about_interfaces_in_full(tmp_path: Path) -> None:
+def test_the_claims_about_interfaces_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     manifest = (CORPUS / "accepted/capability_with_an_interface/helper/ecm.yaml").read_text()
     (tmp_path / "skills.py").write_text("def rest(observed, inputs):\n    yield\n")
     lines = []
@@ -175,4 +176,22 @@ def test_the_claims_about_interfaces_in_full(tmp_path: Path) -> None:
         assert found is not None, name
         lines += ["", f"# {name}"]
         lines += [line for one in interface_obligations(found.ecm, SITE) for line in claim_lines(one)]
+    monkeypatch.setattr(symbolic_paths, "MAX_SYMBOLIC_STATES", 0)
+    lines += ["", "# more paths than are explored"]
+    lines += [line for one in interface_obligations(HELPER, SITE) for line in claim_lines(one)]
     compare_with_file(Path(__file__).with_name("data") / "interface_claims.txt", "\n".join(lines[1:]) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("promise", "verdict"), [("not table_dull", Verdict.PROVED), ("table_dull", Verdict.REFUTED)]
+)
+def test_a_promise_about_a_defined_predicate_follows_from_what_defines_it(
+    tmp_path: Path, promise: str, verdict: Verdict
+) -> None:
+    manifest = (CORPUS / "accepted/predicate_by_definition/ecm.yaml").read_text()
+    interface = f"interface: {{achieves: {promise}}}, provided_by: [tidy]}}"
+    (tmp_path / "ecm.yaml").write_text(manifest.replace("provided_by: [tidy]}", interface))
+    found = load_ecm(tmp_path, SITE, Diagnostics())
+    assert found is not None
+    judged = verdicts(found.ecm, SITE.with_modules(found.ecm.with_owners))
+    assert judged["interface/tidying/tidy/achieved"] is verdict

@@ -87,6 +87,48 @@ def test_a_network_with_an_unknown_operator_has_no_bound(module: Path, site: Sit
     assert "the operator `Selu`" in found.notes[0]
 
 
+@pytest.mark.parametrize(
+    ("ends", "verdict"),
+    [
+        ("{lower: [500], upper: [2000]}", Verdict.PROVED),
+        ("{lower: [500.5], upper: [2000]}", Verdict.REFUTED),
+        ("{lower: [500], upper: [1999.5]}", Verdict.REFUTED),
+    ],
+)
+def test_a_table_whose_extremes_are_the_ends_of_a_bound_keeps_it(
+    module: Path, site: Site, ends: str, verdict: Verdict
+) -> None:
+    table = module / "patience.csv"
+    table.write_text(table.read_text().replace("duration [ms]", "duration"))
+    manifest = (module / "ecm.yaml").read_text().replace("unit: ms, range: [0, 9000]", "range: [500, 8000]")
+    (module / "ecm.yaml").write_text(manifest)
+    found = claims(module, site, "{upper: [2001]}", ends)
+    assert found["models/patience/bound/short-while-clean"].verdict is verdict
+
+
+@pytest.mark.parametrize(("upper", "code"), [("1250.001", None), ("1250", "AE509"), ("1249.999", "AE511")])
+def test_an_extreme_inside_of_a_cell_is_decided_unless_it_is_within_rounding_of_the_bound(
+    module: Path, site: Site, upper: str, code: str | None
+) -> None:
+    table = module / "patience.csv"
+    table.write_text(table.read_text().replace("duration [ms]", "duration"))
+    manifest = (module / "ecm.yaml").read_text().replace("unit: ms, range: [0, 9000]", "range: [500, 8000]")
+    (module / "ecm.yaml").write_text(manifest.replace("upper: [2001]", f"upper: [{upper}]"))
+    claim = claims(module, site, "upper: [50]", "upper: [25]")["models/patience/bound/short-while-clean"]
+    assert (claim.diagnostic and claim.diagnostic.code) == code
+
+
+def test_a_number_that_is_rounded_beyond_a_bound_violates_it(module: Path, site: Site) -> None:
+    """0.1 as a double is above a tenth, and 0.375 is exact."""
+    manifest = (module / "ecm.yaml").read_text().replace("unit: ms, range: [0, 9000]", "range: [0, 1]")
+    (module / "ecm.yaml").write_text(manifest)
+    for number, old, code in (("0.1", "2001", "AE511"), ("0.375", "0.1", None)):
+        (module / "patience.csv").write_text(f"dirt [%],duration\n0,0\n50,{number}\n100,1\n")
+        found = claims(module, site, f"upper: [{old}]", f"upper: [{number}]")
+        claim = found["models/patience/bound/short-while-clean"]
+        assert (claim.diagnostic and claim.diagnostic.code) == code
+
+
 CHANGES = {
     "another shape": ("AE142", "shape: [1]}\n    outputs", "shape: [2]}\n    outputs"),
     "another input": ("AE142", "      x: {range: [0, 2]", "      z: {range: [0, 2]"),
@@ -98,6 +140,16 @@ CHANGES = {
     "an open bound": ("AE509", "        runtime_checked: true\n", ""),
     "a needless check": ("AE505", "then: {y: {upper: [1]}}", "then: {y: {upper: [1.2]}}"),
 }
+
+
+SEVERAL = (
+    ("unit: ms, range: [0, 9000]", "range: [0, 7000]"),
+    ("x: {range: [0, 2], shape: [1]}", "x: {range: [0, 2], shape: [2]}"),
+    ("y: {range: [-1, 2], shape: [1]}", "y: {range: [-1, 2], shape: [2]}"),
+    ("then: {y: {lower: [-0.1], upper: [1.1]}}", "then: {y: {lower: [-1, -1], upper: [0, 1]}}"),
+    ("given: {x: {lower: [0.5], upper: [1.5]}}", "given: {x: {lower: [0.5, 0.5]}}"),
+    ("then: {y: {upper: [1]}}", "then: {y: {upper: [1, 1]}}"),
+)
 
 
 def test_the_reports_on_models_in_full(
@@ -115,6 +167,36 @@ def test_the_reports_on_models_in_full(
         found = claims(folder, site, old, new).values()
         assert {one.diagnostic.code for one in found if one.diagnostic is not None} == {code}
         lines += [line for one in found for line in claim_lines(one)]
+    folder = Path(shutil.copytree(module, tmp_path / "whole numbers"))
+    float32, int64 = b"\x08\x01\x12", b"\x08\x07\x12"  # the type of an input or output, and its shape
+    (folder / "tent.onnx").write_bytes(content_of(TENT).replace(float32, int64))
+    lines += ["", "# whole numbers"]
+    lines += [line for one in claims(folder, site).values() for line in claim_lines(one)]
+    given, hidden = b"Z\x13\n\x01x", b"j\x13\n\x01x"  # an input of the graph, and a mere value in it
+    content = content_of(TENT)
+    assert given in content
+    (folder / "tent.onnx").write_bytes(content.replace(given, hidden))
+    lines += ["", "# a network without inputs"]
+    lines += [line for one in claims(folder, site).values() for line in claim_lines(one)]
+    folder = Path(shutil.copytree(module, tmp_path / "several"))
+    (folder / "tent.onnx").write_bytes(content_of(random_layers(1, (2, 6, 6, 2))))
+    (folder / "patience.csv").write_text("dirt [%],duration\n0,500\n100,8000\n")
+    manifest = (folder / "ecm.yaml").read_text()
+    for old, new in SEVERAL:
+        assert old in manifest
+        manifest = manifest.replace(old, new)
+    (folder / "ecm.yaml").write_text(manifest)
+    lines += ["", "# several numbers, and a column without a unit"]
+    lines += [line for one in claims(folder, site).values() for line in claim_lines(one)]
+    monkeypatch.setattr(models, "marabou_version", lambda: "maraboupy 2.0.0")
+    monkeypatch.setattr(models, "decide_with_marabou", lambda *_: BoundSearch(False, None, 2))
+    folder = Path(shutil.copytree(module, tmp_path / "open"))
+    lines += ["", "# a bound that Marabou leaves open, too"]
+    _, *change = CHANGES["an open bound"]
+    lines += [line for one in claims(folder, site, *change).values() for line in claim_lines(one)]
+    (folder / "tent.onnx").write_bytes(content_of(TENT).replace(b"Relu", b"Selu"))
+    lines += ["", "# an operator that is not understood"]
+    lines += [line for one in claims(folder, site).values() for line in claim_lines(one)]
     missing = Path(shutil.copytree(module, tmp_path / "missing"))
     loaded = load_ecm(missing, site, Diagnostics())
     assert loaded is not None

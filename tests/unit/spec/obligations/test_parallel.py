@@ -52,6 +52,8 @@ def test_branches_that_share_nothing_are_proved() -> None:
          {"par-1/fetch/roll/effects": "AE860"}),
         (par("{if: table_tidy, then: {skill: weigh}, else: nothing}", "{skill: scrub, on_failure: stop}"),
          {"par-1/weigh/scrub/effects": "AE860"}),
+        (par("{skill: fetch, on_failure: stop}", "{hold: fetched == brush, part: {skill: roll}, on_failure: stop}"),
+         {"par-1/fetch/roll/effects": "AE860"}),
         (par("{if: dirt > 1 %, then: {skill: weigh}, else: nothing}", "{skill: scrub, on_failure: stop}"), {}),
     ],
 )  # fmt: skip
@@ -151,5 +153,6 @@ def test_a_value_that_follows_in_one_branch_may_be_moved_by_the_other() -> None:
         outcomes[ended] = replace(outcomes[ended], consequences={"table_tidy": value})
         skills["roll"] = replace(skills["roll"], outcomes=outcomes)
         skills["sweep_arm"] = replace(skills["sweep_arm"], disturbed={"table_tidy": "`hand`"})
-        found = failed(interference_claims(ecm.compositions["both"], skills, site()))
-        assert set(found.values()) == set(expected)
+        claims = list(interference_claims(ecm.compositions["both"], skills, site()))
+        compare_reports("parallel_reports.txt", "a value that follows", claims)
+        assert set(failed(claims).values()) == set(expected)

@@ -6,14 +6,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
-from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.missing_access import merge_missing_access
 from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.elaborate.load import load_ecm
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.rules import Conjunct
@@ -25,6 +27,7 @@ from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.text.site_layers import read_site
 from tests.unit.spec.obligations.data.tidier import Change, compare_reports, failed, module, site
 
+TABLE_CASES = Path(__file__).parents[3] / "corpus" / "accepted"
 GRANTED = "    actuators: [arm, turntable]\n    sensors: [panel, scanner, encoders, camera]\n"
 PERMITTED = "  actuators: [arm, turntable]\n  sensors: [camera, scanner, encoders]\n"
 ARM = "    actuators: [arm]\n    resources: [arm]\n    risk: medium\n    timeout: 30 s\n\n"
@@ -39,8 +42,9 @@ def faults(*changes: Change, at: tuple[Change, ...] = ()) -> dict[str, str]:
     return {name.removeprefix("permission/"): code for name, code in found.items()}
 
 
-def failed_access(asked: Ecm, at: Site) -> dict[str, Diagnostic]:
+def failed_access(asked: Ecm, at: Site, title: str) -> dict[str, Diagnostic]:
     claims = [one for one in permission_obligations(asked, at) if isinstance(one, StaticClaim)]
+    compare_reports("permission_reports.txt", title, claims)
     return {
         str(one.id).removeprefix("permission/"): one.diagnostic
         for one in claims
@@ -74,6 +78,8 @@ def test_two_actuators_without_permission_are_two_errors() -> None:
         (("    actuators: [turntable]\n", ""), {"roll/spin/actuators": "AE402"}),
         ((PERMITTED, PERMITTED.replace(", turntable", "")), {"roll/actuators": "AE402"}),
         ((PERMITTED, PERMITTED.replace("turntable", "turntable, wheels")), {"access/actuators": "AE404"}),
+        ((PERMITTED, PERMITTED.replace("turntable", "turntable, flipper")), {"access/actuators": "AE404"}),
+        ((PERMITTED, PERMITTED.replace("camera,", "camera, lamp, nose,")), {"access/sensors": "AE404"}),
         ((ARM + "  roll:", ARM.replace("    resources: [arm]\n", "") + "  roll:"), {"sweep_arm/held": "AE410"}),
         # Risk.
         (("    risk: medium\n    timeout: 30 s\n\n  scrub:", "    risk: low\n    timeout: 30 s\n\n  scrub:"),
@@ -160,6 +166,20 @@ def test_a_sensor_without_permission_is_refused_wherever_a_condition_of_the_modu
         assert "AE405" in failed(permission_obligations(one, place)).values()
 
 
+def test_a_thing_that_the_module_names_itself_is_reported_by_both_names() -> None:
+    place = site((GRANTED, "    sensors: [panel, scanner]\n"))
+    loaded = load_ecm(TABLE_CASES / "needs_with_one_choice_each", site(), Diagnostics())
+    assert loaded is not None
+    bare = replace(
+        loaded.ecm,
+        requested_access=replace(loaded.ecm.requested_access, actuators=frozenset(), sensors=frozenset()),
+    )
+    for title, one in (("names of its own", loaded.ecm), ("names of its own without permission", bare)):
+        claims = list(permission_obligations(one, place))
+        compare_reports("permission_reports.txt", title, claims)
+        assert "AE404" in failed(claims).values() or "AE405" in failed(claims).values()
+
+
 def test_access_to_channels_and_computing_devices_must_be_granted_too() -> None:
     asked = (PERMITTED, f"{PERMITTED}  channels: [announcements]\n  compute: [gpu]\n")
     granted = (GRANTED, f"{GRANTED}    channels: [announcements]\n    compute: [gpu]\n")
@@ -210,7 +230,8 @@ def test_a_risk_is_reported_by_its_word() -> None:
 
 def test_a_refusal_says_the_lines_that_grant_everything_that_is_missing() -> None:
     asked = (PERMITTED, f"{PERMITTED}  channels: [announcements]\n")
-    claims = failed_access(module(asked, at=site()), site((GRANTED, GRANTED.replace(", camera", ""))))
+    place = site((GRANTED, GRANTED.replace(", camera", "")))
+    claims = failed_access(module(asked, at=site()), place, "a sensor and a channel that are not granted")
     assert sorted(claims) == ["access/channels", "access/sensors"]
     for one in claims.values():
         (cure,) = one.help
@@ -222,7 +243,7 @@ def test_a_refusal_says_the_lines_that_grant_everything_that_is_missing() -> Non
 def test_at_the_reference_site_a_refusal_says_the_whole_overlay() -> None:
     place = site((GRANTED, GRANTED.replace(", camera", "")))
     reference = read_site(reference_site_path()).span(0, 1)
-    claims = failed_access(module(at=site()), replace(place, span=reference))
+    claims = failed_access(module(at=site()), replace(place, span=reference), "at the reference site")
     first, second = claims["access/sensors"].help
     assert "`schema: aeros/overlay/1` and `grants: {tidier: {sensors: [camera]}}`" in first
     assert "`aeros policy cell.yaml`" in second

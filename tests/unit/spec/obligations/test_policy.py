@@ -10,8 +10,11 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.policy import action_space, policy_obligations
+from aeros.spec.text.discovery import reference_site_path
+from tests.reports_in_full import claim_lines, compare_with_section
 from tests.unit.spec.obligations.data.tidier import Change, failed, site
 
 ATTENUATE = 'attenuate: {pace: "min(pace, slow)"}'
@@ -118,3 +121,15 @@ def test_a_contact_is_refused_exactly_where_the_rules_allow_a_faster_one(
     found = failed(one for one in policy_obligations(loaded) if str(one.id).endswith("/contact-speed"))
     keeps = distance_mm >= 1200 and speed_mm_s <= 323
     assert found == ({} if keeps else {"policy/move/contact-speed": "AE612"})
+
+
+@pytest.mark.parametrize("cell", ["iiwa_cell", "panda_cell"])
+def test_a_contact_is_with_the_arm_with_the_base_or_with_both(cell: str) -> None:
+    loaded = load_site(reference_site_path().with_name(f"{cell}.yaml"), Diagnostics())
+    assert loaded is not None
+    lines: list[str] = []
+    for one in policy_obligations(loaded):
+        if isinstance(one, Obligation) and one.id.form is ClaimForm.CONTACT_SPEED_KEPT:
+            lines += [line for line in claim_lines(one) if not line.startswith(("    assumes", "    over"))]
+    file = Path(__file__).with_name("data") / "contact_claims.txt"
+    compare_with_section(file, cell, "".join(f"{line}\n" for line in lines))

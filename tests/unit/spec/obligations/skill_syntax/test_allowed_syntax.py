@@ -41,6 +41,9 @@ def found(code: str) -> tuple[str, str, str] | None:
         "def f(a):\n    yield a.value",
         "math = 1\nx = [math]",
         "import dataclasses\n@dataclasses.dataclass\nclass A:\n    x: int = dataclasses.field(default=1)",
+        '"""A file."""\nclass A:\n    """A class."""\n\n    x: int = 1\ndef f():\n    """A function."""',
+        "import functools\n@functools.cache\ndef f():\n    return 1\n@functools.lru_cache(maxsize=None)\ndef g():\n    return 1",
+        "class A:\n    @staticmethod\n    def f():\n        return 1\n    @property\n    def g(self):\n        return 1",
         "import enum\nclass A(enum.Enum):\n    X = 1\nclass B(A):\n    pass",
     ],
 )
@@ -118,9 +121,16 @@ def test_a_builtin_that_reaches_outside_is_refused_read_or_bound(name: str) -> N
         ("__all__ = []", "__all__", "binds `__all__`", "import only from"),
         ("x = __name__", "__name__", "uses `__name__`", "import only from"),
         ("x = lenn", "lenn", "uses `lenn`, which it does not define", "did you mean `len`?"),
+        ("größe = 1", "größe", "uses the name `größe`, which is not ASCII", "write names with the letters a to z"),
         ("if 1:\n    x = 1", "if 1:\n    x = 1", "uses `if` at the top of a file", "at its top a file has imports"),
         ("f = 1\nf(1)", "f(1)", "does something at the top of a file", "at its top a file has imports"),
         ("def f():\n    class A:\n        pass", "class A:\n    pass", "uses `class` in a function", "at its top a file has imports"),
+        ("@sorted\ndef f():\n    pass", "sorted", "decorates `f` with `sorted`", "use one of cache, "),
+        ("import functools\n@functools.lru_cache(maxsize=len('a'))\ndef f():\n    pass", "functools.lru_cache(maxsize=len('a'))",
+         "decorates `f` with computed options", "write each option as `NAME=True`"),
+        ("@property\ndef f():\n    pass", "property", "decorates `f` with `property`", "use one of cache, "),
+        ("class A:\n    @len\n    def f(self):\n        pass", "len", "decorates `f` with `len`", "use one of "),
+        ("@len\nclass A:\n    pass", "len", "decorates `A` with `len`", "use one of dataclass, "),
         ("class A(dict):\n    pass", "dict", "derives `A` from `dict`", "write `@dataclass(frozen=True)`"),
         ("def f(o):\n    o.x = 1", "o.x", "changes the attribute `x`", "make a new object with `dataclasses.replace`"),
     ],
@@ -132,6 +142,39 @@ def test_a_place_that_reaches_outside_is_found_and_described(
     assert refused is not None
     assert refused[:2] == (at, what)
     assert refused[2].startswith(help_)
+
+
+@pytest.mark.parametrize(
+    ("code", "word"),
+    [
+        ("x = 1\nx += 1", "+="),
+        ("x = 1\ndel x", "del"),
+        ("x = (y := 1)", ":="),
+        ("for x in ():\n    pass", "for"),
+        ("while 0:\n    pass", "while"),
+        ("assert 1", "assert"),
+        ("raise ValueError", "raise"),
+        ("try:\n    pass\nexcept ValueError:\n    pass", "try"),
+        ("match 1:\n    case _:\n        pass", "match"),
+        ("x = [(yield)]", "yield"),
+        ("x = [(yield from ())]", "yield from"),
+        ("x = 1\nfor x.y in ():\n    pass", "for"),
+    ],
+)
+def test_a_statement_of_functions_is_refused_at_the_top_by_its_word(code: str, word: str) -> None:
+    refused = found(code)
+    assert refused is not None
+    assert refused[1] == f"uses `{word}` at the top of a file"
+
+
+@pytest.mark.parametrize(
+    ("code", "word"),
+    [("class A:\n    pass", "class"), ("import math", "import"), ("from math import pi", "import")],
+)
+def test_a_statement_of_the_top_is_refused_in_a_function_by_its_word(code: str, word: str) -> None:
+    refused = found("def f():\n    " + code.replace("\n", "\n    "))
+    assert refused is not None
+    assert refused[1] == f"uses `{word}` in a function"
 
 
 def test_the_first_of_several_places_is_reported() -> None:

@@ -60,6 +60,11 @@ RUN = 'models["gauge"].run(level=1, tilt=2)'
             'models["gauge"].run(level=1)',
         ),
         (
+            '    models["gauge"].run()\n',
+            "the model `gauge` is not given its input `level`",
+            'models["gauge"].run()',
+        ),
+        (
             f'    return {RUN}["volum"]\n',
             "`volum` is not an output of the model `gauge`",
             '"volum"',

@@ -68,6 +68,43 @@ def test_a_syntax_error_is_marked_at_the_place_that_python_names(code: str, line
     assert (found.primary.span.line, found.primary.span.text) == (line, marked)
 
 
+@pytest.mark.parametrize("line", [None, 0, 3])
+def test_a_syntax_error_without_a_place_in_the_file_is_reported_without_one(
+    line: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_: str) -> ast.Module:
+        raise SyntaxError("unheard of", ("<unknown>", line, 1, ""))
+
+    monkeypatch.setattr(ast, "parse", refuse)
+    with pytest.raises(UnreadableCodeError) as raised:
+        SkillFile("skills.py", b"x = 1\n")
+    found = raised.value.diagnostic
+    assert (found.code, found.headline) == ("AE139", "`skills.py` is not Python: unheard of")
+    assert found.primary is None
+
+
+@pytest.mark.parametrize(
+    ("error", "reason", "cure"),
+    [
+        (RecursionError(), "RecursionError", "split it up"),
+        (MemoryError("too much\nof it"), "too much", "split it up"),
+        (ValueError("odd\nmore"), "odd", "write it as plain UTF-8"),
+    ],
+)
+def test_code_at_which_python_fails_is_refused_with_the_first_line_of_the_failure(
+    error: Exception, reason: str, cure: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_: str) -> ast.Module:
+        raise error
+
+    monkeypatch.setattr(ast, "parse", refuse)
+    with pytest.raises(UnreadableCodeError) as raised:
+        SkillFile("skills.py", b"x = 1\n")
+    found = raised.value.diagnostic
+    assert found.headline == f"`skills.py` is not plain Python: {reason}"
+    assert found.help == (cure,)
+
+
 @pytest.mark.parametrize("prefix", ["f", "F", "rf", "Fr"])
 @pytest.mark.parametrize("quote", ["'", '"', '"""'])
 def test_a_name_in_a_formatted_text_is_written_in_ascii(prefix: str, quote: str) -> None:
