@@ -5,7 +5,7 @@ The expected text is `figures.txt`.  It does not depend on how a release of Matp
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,7 @@ import pytest
 pytest.importorskip("matplotlib", reason="needs `pip install '.[experiments]'`")
 
 import matplotlib as mpl
-from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
 
 from aeros.experiments.report import figures
 from tests.reports_in_full import compare_with_section
@@ -110,11 +108,11 @@ SCALE = experiment(
 )
 
 
-def _numbers(values: Iterable[float]) -> str:
+def _numbers(values: Any) -> str:
     return " ".join(f"{float(value):.6g}" for value in values)
 
 
-def _shown_axes(axes: Axes) -> Iterator[str]:
+def _shown_axes(axes: Any) -> Iterator[str]:
     yield f"axes {axes.get_title(loc='left') or axes.get_title()!r}"
     for name, axis, limits in (("x", axes.xaxis, axes.get_xlim()), ("y", axes.yaxis, axes.get_ylim())):
         ticks = [one.get_text() for one in axis.get_ticklabels()]
@@ -139,7 +137,7 @@ def _shown_axes(axes: Axes) -> Iterator[str]:
         yield f"  text {text.get_text()!r} {place} {text.get_ha()} {text.get_va()} {text.get_fontsize():.4g}"
 
 
-def _shown(figure: Figure) -> Iterator[str]:
+def _shown(figure: Any) -> Iterator[str]:
     figure.canvas.draw()
     layout = type(figure.get_layout_engine()).__name__
     yield f"figure {_numbers(figure.get_size_inches())} {figure.get_suptitle()!r} {layout}"
