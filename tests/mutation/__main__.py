@@ -2,6 +2,7 @@
 
     python -m tests.mutation try AREA                    untried mutants of functions
     python -m tests.mutation try AREA --outside          those outside of functions; after the others
+    python -m tests.mutation try AREA --near --slice 100 --seed 7   a sample, with the tests near its code
     python -m tests.mutation try AREA --which survivors  again those that no test killed
     python -m tests.mutation try AREA --which survivors --anew   and with all imports after the fault
     python -m tests.mutation try AREA --which survivors --theorems   with theorems instead of tests
@@ -27,6 +28,7 @@ import pytest
 
 from tests.mutation.areas import Area, read_areas
 from tests.mutation.mutants import CodeMutant, FileMutants
+from tests.mutation.near import NearTrials, near_tests
 from tests.mutation.outside import import_ahead, outcome_outside
 from tests.mutation.quick_reports import OPTIONS
 from tests.mutation.reach import Reach
@@ -79,8 +81,12 @@ class _Campaign:
         elif chosen and (given.outside or given.anew):
             self._run_outside(chosen, given.seconds, until)
         elif chosen:
-            trials = Trials(self.area, self.results, chosen, given.seconds, until, given.first)
-            pytest.main([*OPTIONS, *self.area.tests], plugins=[trials])
+            kind, tests = Trials, list(self.area.tests)
+            if given.near:
+                modules = {mutant.unit.module for mutant in chosen}
+                kind, tests = NearTrials, ["-m", "not deep", *near_tests(self.area, modules)]
+            trials = kind(self.area, self.results, chosen, given.seconds, until, given.first)
+            pytest.main([*OPTIONS, *tests], plugins=[trials])
         self.results.write()
         lost = list(self._no_longer_killed(chosen))
         for mutant in lost:
@@ -143,6 +149,7 @@ def main() -> int:
     trying.add_argument("area", choices=read_areas())
     trying.add_argument("--which", choices=("untried", "survivors", "all"), default="untried")
     trying.add_argument("--outside", action="store_true", help="mutants outside of functions")
+    trying.add_argument("--near", action="store_true", help="only tests near the code, not measured first")
     trying.add_argument("--anew", action="store_true", help="import AEROS anew for each mutant")
     trying.add_argument(
         "--match", default="", help="module, or part of its name; after a colon, part of a unit"

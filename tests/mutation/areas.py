@@ -17,6 +17,7 @@ class Area:
         code: patterns of paths of its code.
         tests: files and folders of its tests.
         warm: cached functions of tests, `module:function`, to be called before the first fork.
+        whole: tests about all of its code at once, which `--near` tries on every mutant.
         floor: percent of the tried mutants that must be killed; equivalent ones count as not killed.
     """
 
@@ -24,6 +25,7 @@ class Area:
     code: tuple[str, ...]
     tests: tuple[str, ...]
     warm: tuple[str, ...] = ()
+    whole: tuple[str, ...] = ()
     floor: float = 95.0
 
     def warm_up(self) -> None:
@@ -51,7 +53,9 @@ def read_areas() -> dict[str, Area]:
     text = Path(__file__).with_name("areas.toml").read_text(encoding="utf-8")
     return {
         name: Area(
-            name, tuple(one["code"]), tuple(one["tests"]), tuple(one.get("warm", ())), one.get("floor", 95.0)
+            name,
+            **{key: tuple(one.get(key, ())) for key in ("code", "tests", "warm", "whole")},
+            floor=one.get("floor", 95.0),
         )
         for name, one in tomllib.loads(text).items()
     }

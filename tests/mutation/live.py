@@ -20,7 +20,7 @@ class LiveFunctions:
     """Functions of some modules by file and first line, wherever they are referred to."""
 
     def __init__(self, modules: Iterable[str]) -> None:
-        files = {str(importlib.import_module(name).__file__) for name in modules}
+        files = set(filter(None, map(_file_of, modules)))
         self._at: dict[_Place, list[FunctionType]] = defaultdict(list)
         gc.unfreeze()  # conftest.py hides objects from the collector
         for one in gc.get_objects():
@@ -32,6 +32,8 @@ class LiveFunctions:
 
     def of(self, unit: Unit) -> list[FunctionType]:
         """Return the functions that run a unit's code."""
+        if unit.module not in sys.modules:
+            return []
         path = str(Path(str(sys.modules[unit.module].__file__)))
         name = unit.name.rpartition(".")[2]
         return [one for one in self._at.get((path, unit.line), []) if one.__code__.co_name == name]
@@ -53,6 +55,14 @@ class LiveFunctions:
             if mutant.in_signature:
                 function.__defaults__ = new.__defaults__
                 function.__kwdefaults__ = new.__kwdefaults__
+
+
+def _file_of(module: str) -> str | None:
+    """Import a module, and return its file; None if it needs what is not installed, such as ROS."""
+    try:
+        return importlib.import_module(module).__file__
+    except ModuleNotFoundError:
+        return None
 
 
 def _define(code: CodeType, unit: Unit) -> FunctionType:

@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from tests.mutation.areas import Area, read_areas
+from tests.mutation.near import near_tests
 from tests.mutation.results import (
     KILLED,
     LATE,
@@ -46,7 +47,7 @@ _GENERATED = re.compile(r"(<!-- generated: results -->\n\n).*?(\n<!-- end: resul
 def test_an_area_lists_code_and_tests_that_exist(area: Area) -> None:
     for pattern in area.code:
         assert list(ROOT.glob(pattern)), pattern
-    for path in area.tests:
+    for path in (*area.tests, *area.whole):
         assert (ROOT / path).exists(), path
 
 
@@ -55,6 +56,14 @@ def test_all_of_the_kernel_is_in_one_area_and_no_file_in_two() -> None:
     assert len(files) == len(set(files))
     kernel = {path.relative_to(ROOT).as_posix() for pattern in KERNEL for path in ROOT.glob(pattern)}
     assert {name for name in kernel if not name.endswith("__init__.py")} - set(files) == set()
+
+
+def test_near_tests_are_the_mirrors_those_of_the_whole_and_those_of_the_folder() -> None:
+    near = near_tests(_AREAS["cli"], ["aeros.cli.records.why"])
+    assert "tests/unit/cli/records/test_why.py" in near
+    assert {*_AREAS["cli"].whole} <= {*near}
+    assert {path.as_posix() for path in Path("tests/unit/cli/records").glob("test_*.py")} <= {*near}
+    assert "tests/unit/cli/robot/test_memory.py" not in near
 
 
 @pytest.mark.parametrize("area", _AREAS.values(), ids=_AREAS)

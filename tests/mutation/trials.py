@@ -60,9 +60,9 @@ class Trials(QuickReports):
         until: float,
         first: Sequence[str] = (),
     ) -> None:
-        self._area, self._results, self._mutants = area, results, mutants
+        self.area, self._results, self._mutants = area, results, mutants
         self._seconds, self._until, self._first = seconds, until, first
-        self._killers: dict[tuple[str, str], list[str]] = defaultdict(list)
+        self.killers: dict[tuple[str, str], list[str]] = defaultdict(list)
         for key, outcomes in results.of.items():
             for outcome in outcomes.values():
                 self._note(key, outcome.killer)
@@ -72,12 +72,12 @@ class Trials(QuickReports):
         """Measure which lines each test executes, then try the mutants."""
         if session.testsfailed:
             raise session.Interrupted(f"{session.testsfailed} tests were not collected")
-        self._items = {item.nodeid: item for item in session.items if not item.get_closest_marker("xfail")}
-        self._area.warm_up()
-        if self._area.proves():
+        self.items = {item.nodeid: item for item in session.items if not item.get_closest_marker("xfail")}
+        self.area.warm_up()
+        if self.area.proves():
             importlib.import_module("aeros.spec.backends.z3_group")  # Z3, which each fork would import
-        self._live = LiveFunctions(self._area.modules())
-        self._measure_all()
+        self._live = LiveFunctions(self.area.modules())
+        self.measure()
         written = time.time()
         for count, mutant in enumerate(self._mutants, 1):
             if time.time() > self._until:
@@ -85,7 +85,7 @@ class Trials(QuickReports):
                 break
             if not self._live.can_run(mutant.unit):
                 continue
-            outcome = self._outcome(mutant)
+            outcome = self.outcome(mutant)
             if outcome.verdict == SURVIVED and mutant.is_same():
                 outcome = Outcome(SAME, "", outcome.seconds)
             self._results.of[mutant.unit.key][mutant.number] = outcome
@@ -102,16 +102,20 @@ class Trials(QuickReports):
     def _note(self, key: tuple[str, str], killer: str) -> None:
         """Put a test before all others that are tried on a unit."""
         if killer:
-            killers = self._killers[key]
+            killers = self.killers[key]
             if killer in killers:
                 killers.remove(killer)
             killers.insert(0, killer)
 
-    def _outcome(self, mutant: CodeMutant) -> Outcome:
-        tests = self._order(mutant)
+    def outcome(self, mutant: CodeMutant) -> Outcome:
+        """Try the tests that execute the statement."""
+        tests = self.order(mutant)
+        return self.outcome_with(mutant, tests, max(map(self._reach.seconds, tests), default=0.0))
+
+    def outcome_with(self, mutant: CodeMutant, tests: Sequence[str], slowest: float) -> Outcome:
+        """Try these tests, of which the slowest takes some seconds of the processor."""
         if not tests:
             return Outcome(SURVIVED, "", 0.0)
-        slowest = max(map(self._reach.seconds, tests))
         end, text, used = fork(partial(self._try, mutant, tests), 1 + 2 * self._seconds + 1.5 * slowest)
         if end == LATE:
             return Outcome(LATE, "", used)
@@ -121,14 +125,14 @@ class Trials(QuickReports):
             return Outcome(KILLED, tried[-1], used) if tried else Outcome(SURVIVED, "", used)
         return Outcome(KILLED, last, used) if verdict == "failed" else Outcome(SURVIVED, "", used)
 
-    def _order(self, mutant: CodeMutant) -> list[str]:
+    def order(self, mutant: CodeMutant) -> list[str]:
         """Tests that execute the statement, best first."""
         file = str(Path(*mutant.unit.module.split(".")).with_suffix(".py"))
         line = mutant.unit.line
         first, last = (line, line + 10_000) if mutant.in_signature else mutant.lines
-        reaching = [test for test in self._reach.tests(file, first, last) if test in self._items]
+        reaching = [test for test in self._reach.tests(file, first, last) if test in self.items]
         fit = set(reaching)
-        killers = [test for test in self._killers[mutant.unit.key] if test in fit]
+        killers = [test for test in self.killers[mutant.unit.key] if test in fit]
         mirror = f"test_{Path(file).stem}"
         about = [test for test in reaching if mirror in test]
         showing = _cases_with(_words(file, *mutant.lines), reaching)
@@ -137,19 +141,19 @@ class Trials(QuickReports):
 
     def _try(self, mutant: CodeMutant, tests: Sequence[str], pipe: TextIO) -> None:
         self._live.install(mutant)
-        self._prepare(mutant.unit.name)
+        self.prepare(mutant.unit.name)
         started = time.process_time()
         for test in tests:
             if time.process_time() > started + self._seconds:
                 break
             pipe.write(f"trying {test}\n")
             pipe.flush()
-            if self._fails(test):
+            if self.fails(test):
                 pipe.write(f"failed {test}\n")
                 return
         pipe.write("passed \n")
 
-    def _prepare(self, unit: str = "") -> None:
+    def prepare(self, unit: str = "") -> None:
         """Give a fork folders of its own: a mutant's proofs are not for others to find.
 
         Questions are answered in the fork, whose code has the fault, and not by the solver process, which
@@ -157,15 +161,16 @@ class Trials(QuickReports):
         than the first that fails, which can take it most of a minute.
         """
         engine.MAX_SHRINKS = 0
-        if self._area.proves():
+        if self.area.proves():
             os.environ["AEROS_STORE_OF_TESTS"] = tempfile.mkdtemp(dir=os.environ["AEROS_STORE_OF_TESTS"])
             if not unit.startswith("SolverProcess"):
                 from tests.mutation.solver_here import answer_here  # imports AEROS
 
                 answer_here()
 
-    def _fails(self, test: str) -> bool:
-        item = self._items[test]
+    def fails(self, test: str) -> bool:
+        """Run a test in this process."""
+        item = self.items[test]
         reports: list[pytest.TestReport] = []
 
         class _Watch:
@@ -178,18 +183,19 @@ class Trials(QuickReports):
         item.config.pluginmanager.unregister(watch)
         return any(report.failed for report in reports)
 
-    def _measure_all(self) -> None:
-        files = self._area.files()
-        self._reach = Reach(self._area.name, files)
-        unknown = self._reach.unknown(self._items)
-        _say(f"measuring {len(unknown)} of {len(self._items)} tests")
+    def measure(self) -> None:
+        """Measure which lines each test executes."""
+        files = self.area.files()
+        self._reach = Reach(self.area.name, files)
+        unknown = self._reach.unknown(self.items)
+        _say(f"measuring {len(unknown)} of {len(self.items)} tests")
         unused = 0
         for count, test in enumerate(unknown, 1):
             end, text, _ = fork(partial(self._measure, test, files), _TOO_LONG)
             seconds, *found = text.splitlines() or ["no result"]
             if end != "done" or seconds == "failed":
                 _say(f"not used: {test}: {end}, {text[-300:]}")
-                del self._items[test]
+                del self.items[test]
                 unused += 1
                 continue
             lines = {
@@ -200,18 +206,18 @@ class Trials(QuickReports):
             if count % 200 == 0:
                 self._reach.write()
         self._reach.write()
-        if unused > len(self._items):
+        if unused > len(self.items):
             # Without tests every mutant would count as survived.
-            raise pytest.UsageError(f"{unused} tests fail without a mutant, and {len(self._items)} pass")
+            raise pytest.UsageError(f"{unused} tests fail without a mutant, and {len(self.items)} pass")
         _say("measured")
 
     def _measure(self, test: str, files: Sequence[str], pipe: TextIO) -> None:
-        self._prepare()
+        self.prepare()
         measured = coverage.Coverage(data_file=None, config_file=False, include=list(files))
         measured.set_option("run:disable_warnings", ["no-data-collected"])
         started = time.process_time()
         measured.start()
-        failed = self._fails(test)
+        failed = self.fails(test)
         measured.stop()
         seconds = time.process_time() - started
         if failed:

@@ -82,6 +82,9 @@ def test_a_command_is_parsed_and_called() -> None:
 def arguments_of(parser: argparse.ArgumentParser) -> Iterator[str]:
     """Write every argument of a command, and of those inside it."""
     yield f"# {parser.prog}"
+    for name in ("usage", "description", "epilog"):
+        lines = str(getattr(parser, name) or "").strip().splitlines()
+        yield from (f"{name}: {line}".rstrip() for line in lines)
     for one in parser._actions:
         inner = one.choices if isinstance(one, argparse._SubParsersAction) else {}
         choices = "" if one.choices is None else f" of {sorted(map(str, one.choices))}"

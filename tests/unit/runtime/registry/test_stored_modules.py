@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+import yaml
 
 from aeros.runtime.registry.operator_block import ModuleIdentity, OperatorBlock
 from aeros.runtime.registry.registry import Registry
@@ -47,3 +48,14 @@ def test_the_identity_of_a_lost_module_has_unknown_devices(registry: Registry, w
     assert stored.blocks(snapshot) == (OperatorOverride("hot", "too hot", "tidy", None, None),)
     shutil.rmtree(registry.folder / one.folder)
     assert stored.identities(snapshot)["tidy"].devices is None
+
+
+def test_skills_are_listed_in_order_and_a_module_that_is_not_there_has_none(
+    registry: Registry, write: Author
+) -> None:
+    source = write()
+    registry.install(source)
+    stored = StoredModules(registry.folder.parent)
+    declared = yaml.safe_load((source / "ecm.yaml").read_text("utf-8"))["skills"]
+    assert stored.skills("tidy") == tuple(sorted(declared))
+    assert stored.skills("untidy") == ()

@@ -13,6 +13,8 @@ from aeros.sim.film.film_model import HIDDEN_GROUP, FilmModel, HullArm, MeshArm,
 from aeros.sim.film.person_shapes import stances_of
 from aeros.sim.film.recording import Actor, Recording, RecordingError
 from aeros.sim.pictures.visual_shapes import VisualShape
+from tests.reports_in_full import compare_with_section
+from tests.unit.sim.described import described
 from tests.unit.sim.film.recordings import ROBOT, recording, samples
 
 URDF = "franka_panda/panda.urdf"
@@ -81,3 +83,32 @@ def test_an_arm_whose_urdf_cannot_be_read_is_drawn_by_its_hulls(
     (tmp_path / "arm.urdf").write_text(text)
     monkeypatch.setattr(meshes_module, "data_folder", lambda: tmp_path)
     assert isinstance(arm_of(replace(ROBOT, urdf="arm.urdf")), HullArm)
+
+
+EXPECTED = Path(__file__).with_name("film_model.txt")
+BODIES = ("body_parentid", "body_mocapid", "geom_bodyid", "geom_type", "geom_size", "geom_rgba", "geom_pos")
+SHAPES = ("geom_quat", "geom_group", "geom_matid", "geom_contype", "geom_conaffinity", "geom_dataid")
+LIGHTS = ("light_pos", "light_dir", "light_castshadow", "light_diffuse", "light_ambient", "light_specular")
+PAINT = ("mat_rgba", "mat_texid", "mat_texrepeat", "mat_reflectance", "mat_specular", "mat_shininess")
+TEXTURES = ("tex_type", "tex_height", "tex_width")
+
+
+def test_the_model_of_a_picture() -> None:
+    pytest.importorskip("pybullet_data")
+    for name, urdf in (("hulls", ""), ("meshes", URDF)):
+        whole = recording(3)
+        joints = tuple(f"panda_joint{number}" for number in range(1, 8)) if urdf else ()
+        robot = replace(ROBOT, urdf=urdf, urdf_joints=joints)
+        film = FilmModel(Recording(replace(whole.stage, robot=robot), whole.samples), (320, 180))
+        stances = stances_of([sample.people for sample in whole.samples])
+        film.place(whole.samples[2], stances[2])
+        model, data = film.model, film.data
+        values = {one: getattr(model, one) for one in (*BODIES, *SHAPES, *LIGHTS, *PAINT, *TEXTURES)}
+        values |= {one: getattr(data, one) for one in ("mocap_pos", "mocap_quat")}
+        values["sum of all pixels of textures"] = int(model.tex_data.sum())
+        for one in ("global_", "quality", "headlight", "map", "rgba"):
+            of = getattr(model.vis, one)
+            names = [part for part in dir(of) if not part.startswith("_")]
+            values |= {f"{one}.{part}": getattr(of, part) for part in names}
+        text = "".join(f"{one}: {described(value)}\n" for one, value in values.items())
+        compare_with_section(EXPECTED, name, text)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from aeros.sim.film.captions import Caption, PersonSeparation, ZoneFigure
+from aeros.sim.film.captions import Caption, PersonSeparation, Status, ZoneFigure
 from aeros.sim.film.marks import marks_of, tool_path
 from aeros.sim.film.scene_pictures import FloorRing, Line, Zone
+from tests.reports_in_full import compare_with_section
+from tests.unit.sim.described import lines
 from tests.unit.sim.film.recordings import READY, ROBOT, samples
 
 
@@ -40,3 +44,22 @@ def test_a_volume_that_a_decision_was_about_is_red() -> None:
     assert isinstance(usual, Zone)
     assert isinstance(broken, Zone)
     assert broken.colour[0] > 0.8 > usual.colour[0]
+
+
+@pytest.mark.parametrize("status", ["allowed", "slowed"])
+@pytest.mark.parametrize("measured", [0.89, 0.9, 2.29, 2.3, None])
+def test_every_mark_of_a_picture(status: Status, measured: float | None) -> None:
+    zones = (
+        ZoneFigure("a", (0.0, 0.1, 0.2), (1.0, 1.1, 1.2), False),
+        ZoneFigure("b", (0, 0, 0), (1, 1, 1), True),
+    )
+    separation = PersonSeparation(measured, 0.9, 2.3)
+    caption = Caption(status, separation=separation, joint_path=(READY, (0.1, *READY[1:])), zones=zones)
+    expected = Path(__file__).with_name("marks.txt")
+    compare_with_section(expected, f"{status}, {measured} m", lines(marks_of(samples(1)[0], caption, ROBOT)))
+
+
+def test_without_a_slow_distance_there_is_one_ring() -> None:
+    (ring,) = marks_of(samples(1)[0], Caption(separation=PersonSeparation(0.5, 0.9, None)), ROBOT)
+    assert isinstance(ring, FloorRing)
+    assert ring.radius == pytest.approx(1.15)

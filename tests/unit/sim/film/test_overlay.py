@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageDraw
 
+from aeros.sim.film import overlay as overlay_module
 from aeros.sim.film.captions import STATUS_TEXTS, Caption, Detection, Gauge, Status
 from aeros.sim.film.overlay import (
     AMBER,
@@ -20,6 +24,8 @@ from aeros.sim.film.overlay import (
     mark_detections,
 )
 from aeros.sim.geometry import Camera
+from tests.reports_in_full import compare_with_section
+from tests.unit.sim.described import described
 
 BLANK = np.full((720, 1280, 3), 255, dtype=np.uint8)
 
@@ -83,3 +89,56 @@ def test_detections_are_marked_where_the_camera_sees_them() -> None:
 
 def test_texts_are_in_letters_that_the_font_has() -> None:
     assert legible("a \u2192 b\n\u2265 1\u00d72 \u4e16") == "a -> b >= 1x2 ?"
+
+
+class _Font:
+    """A font whose letters are all half as wide as high."""
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+
+    def getlength(self, text: str) -> float:
+        return len(text) * self.size / 2
+
+    def __str__(self) -> str:
+        return f"font {self.size}"
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (640, 360)])
+def test_everything_that_is_drawn_on_a_picture(
+    size: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[str] = []
+
+    class Draw:
+        def __init__(self, image: Image.Image, mode: str = "") -> None:
+            drawn.append(f"{image.size} {mode}")
+
+        def __getattr__(self, name: str) -> Any:
+            return lambda *given, **named: drawn.append(f"{name} {described(given)} {described(named)}")
+
+    monkeypatch.setattr(overlay_module, "_font_of", _Font)
+    monkeypatch.setattr(ImageDraw, "Draw", Draw)
+    gauges = (
+        Gauge("speed", 0.15, 0.2, True, "m/s", 0.5),
+        Gauge("person", 12.0, 0.9, False, "m", 3.0),
+        Gauge("force", 30.0, None, True, "N", 20.0),
+        Gauge("not shown", 1.0, 1.0, True, "m", 1.0),
+    )
+    of_action = Caption(
+        "allowed", "reached", "speed limit", "dumpling.wrap", "wrap a dumpling", gauges=gauges
+    )
+    empty = Caption(gauges=(Gauge("person", None, None, False, "m", 3.0),))
+    overlay = Overlay(size, "make dumplings")
+    picture = np.zeros((size[1], size[0], 3), dtype=np.uint8)
+    insets = [(name, Image.new("RGB", overlay.inset_size())) for name in ("top", "wrist")]
+    for caption in (of_action, empty):
+        overlay.draw(picture, caption, "12.5 s", insets)
+    long = "one of many words " * 8
+    cut = Caption("denied", long, long, long, long)
+    Overlay(size, long).draw(picture, cut, "0.0 s")
+    camera = Camera((0.4, 0.0, 1.0), (0.4, 0.0, 0.0), (1.0, 0.0, 0.0))
+    found = [Detection("dumpling", (0.45, 0.05, 0.02)), Detection("bowl", (0.3, -0.1, 0.0))]
+    mark_detections(Image.new("RGB", (320, 240)), camera, found, 1.5)
+    expected = Path(__file__).with_name("overlay.txt")
+    compare_with_section(expected, f"{size[0]} x {size[1]}", "\n".join(drawn) + "\n")

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from math import pi
+from pathlib import Path
 
 import pytest
 
 from aeros.runtime.ports import PersonFigure
-from aeros.sim.film.person_shapes import PERSON_PARTS, part_poses, stances_of
+from aeros.sim.film.person_shapes import PERSON_PARTS, Stance, part_poses, stances_of
+from tests.reports_in_full import compare_with_section
+from tests.unit.sim.described import lines
 from tests.unit.sim.film.recordings import samples
 
 
@@ -41,3 +44,20 @@ def test_a_person_who_appears_later_is_behind_the_others() -> None:
     stances = stances_of([(one,), (one, other), (one, other._replace(y=0.5))])
     assert [len(one) for one in stances] == [1, 2, 2]
     assert stances[1][1].heading == pytest.approx(pi / 2)
+
+
+EXPECTED = Path(__file__).with_name("person.txt")
+
+
+def test_the_figure_of_a_person_part_by_part() -> None:
+    compare_with_section(EXPECTED, "shapes", lines(shape for part in PERSON_PARTS for shape in part))
+
+
+def test_steps_of_a_person_who_walks_a_corner() -> None:
+    way = [(0.1 * number, 0.0) for number in range(8)] + [(0.7, 0.1 * number) for number in range(1, 8)]
+    other = PersonFigure(5.0, 5.0, 0.2, 1.2, 0.2)
+    pictures = [(PersonFigure(x, y, -0.3, 1.9, 0.25), other) for x, y in way]
+    stances = stances_of(pictures)
+    compare_with_section(EXPECTED, "steps", lines(one[:2] for one in stances))
+    compare_with_section(EXPECTED, "poses", lines(part_poses(stances[-1][0])))
+    compare_with_section(EXPECTED, "stands", lines(part_poses(Stance(other, 1.0, 2.0, 0.5))))

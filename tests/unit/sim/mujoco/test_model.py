@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,8 @@ from aeros.sim.geometry import UPRIGHT, Pose
 from aeros.sim.mujoco.client import mujoco
 from aeros.sim.mujoco.model import GrowingModel, pose_of, wxyz
 from aeros.sim.mujoco.plans import AT_ORIGIN, Friction, Inertia, JointPlan, LinkPlan, ShapePlan
+from tests.reports_in_full import compare_with_file
+from tests.unit.sim.described import lines, xml_lines
 
 pytestmark = pytest.mark.physics
 
@@ -117,3 +121,40 @@ def test_quaternions_change_their_order_there_and_back() -> None:
     pose = Pose((1.0, 2.0, 3.0), (0.1, 0.2, 0.3, 0.9))
     assert wxyz(pose.orientation) == (0.9, 0.1, 0.2, 0.3)
     assert pose_of(np.array(pose.position), np.array(wxyz(pose.orientation))) == pose
+
+
+def test_the_description_of_a_model_with_everything_in_it() -> None:
+    model = GrowingModel()
+    shapes = (
+        BALL,
+        ShapePlan("box", (0.2, 0.4, 0.6), Pose((0.1, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0))),
+        ShapePlan("cylinder", (0.1, 0.5, 0.0)),
+        ShapePlan("capsule", (0.1, 0.3, 0.0)),
+        ShapePlan("hull", (0.0, 0.0, 0.0), corners=((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))),
+    )
+    hinge = JointPlan("turn", False, (0.0, 0.0, 1.0), (-1.0, 2.0), armature=0.1, damping=0.2, friction=0.3)
+    lopsided = Inertia(2.0, (0.01, 0.02, 0.03), np.array([[3.0, 0.1, 0.2], [0.1, 4.0, 0.3], [0.2, 0.3, 5.0]]))
+    thing = (
+        LinkPlan("thing", None, AT_ORIGIN, None, SOME, shapes, Friction(0.5, 0.01, 0.001)),
+        LinkPlan("lid", "thing", Pose((0.0, 0.1, 0.2), UPRIGHT), hinge, lopsided, (BALL,), Friction(0.4)),
+    )
+    still = model.add(pair((-0.5, 0.5)), AT_ORIGIN, moves=False)
+    moving = model.add(thing, Pose((1.0, 2.0, 3.0), (0.0, 1.0, 0.0, 0.0)), moves=True)
+    moved = model.add_moved(BALL, ())
+    model.couple(still, 0, 1)
+    model.add_servo(still, 0, 100.0, 10.0)
+    model.set_contact(still, 0, 1, touch=False)
+    model.set_link_friction(still, 1, 0.9)
+    model.set_joint_friction(moving, 0, 0.25)
+    model.move(moved, (7.0, 8.0, 9.0))
+    built = model.built()
+    text = "\n".join(xml_lines(model._spec.to_xml()))
+    values = (
+        built.model.dof_frictionloss,
+        model.frictions,
+        built.owners,
+        built.data.mocap_pos,
+        built.data.xpos,
+    )
+    numbers = built.links, built.positions, built.speeds
+    compare_with_file(Path(__file__).with_name("model.txt"), f"{text}\n{lines([*values, *numbers])}")

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from aeros.sim.geometry import UPRIGHT, Pose, compose
-from aeros.sim.mujoco.plans import names_of_joints, names_of_links
+from aeros.sim.mujoco.plans import ShapePlan, names_of_joints, names_of_links
 from aeros.sim.mujoco.robot_plan import FINGERS, arm_joints, plan_robot
 from aeros.sim.robot.kinematics import forward_kinematics
 from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import RobotOptions
+from tests.reports_in_full import compare_with_section
+from tests.unit.sim.described import lines
 from tests.unit.sim.robot.panda import FLANGE_TO_TOOL, PANDA, with_zeros
 
 
@@ -43,3 +47,21 @@ def test_the_carriage_comes_before_the_arm_and_the_fingers_last() -> None:
     assert list(names_of_joints(links)) == joints
     assert names_of_links(links)["rail"] == -1
     assert names_of_links(plan_robot(RobotOptions(PANDA)))["foot"] == -1
+
+
+def test_every_link_of_a_robot_with_and_without_a_carriage() -> None:
+    expected = Path(__file__).with_name("robot_plan.txt")
+    for name, options in (
+        ("panda", RobotOptions(PANDA)),
+        ("panda with a carriage", RobotOptions(PANDA, carriage=True, finger_friction=0.7)),
+    ):
+        links = [
+            link._replace(shapes=tuple(_summed(one) for one in link.shapes)) for link in plan_robot(options)
+        ]
+        compare_with_section(expected, name, lines(links))
+
+
+def _summed(shape: ShapePlan) -> ShapePlan:
+    """Replace the corners of a hull by their number and sum."""
+    corners = np.array(shape.corners).reshape(-1, 3)
+    return shape._replace(corners=((len(corners), 0.0, 0.0), tuple(corners.sum(axis=0).tolist())))

@@ -63,3 +63,17 @@ def test_the_drift_never_jumps() -> None:
     # From one tick to the next the share that slips changes by a fiftieth of what it may at most.
     assert changes.max() < 0.003 < np.abs(rates).max()
     assert hypot(*odometry.drift) > 0.0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_scale_error_is_one_share_of_each_axis_however_the_way_is_cut(seed: int) -> None:
+    def drift(*steps: tuple[float, float]) -> tuple[float, float]:
+        odometry = WheelOdometry(RandomSource(seed), 0.01, 0.0)
+        for step in steps:
+            odometry.drive(*step)
+        return odometry.drift
+
+    (x, _), (_, y) = drift((1.0, 0.0)), drift((0.0, 1.0))
+    assert drift((3.0, -0.5)) == pytest.approx((3.0 * x, -0.5 * y))
+    assert drift(*[(0.03, -0.005)] * 100) == pytest.approx((3.0 * x, -0.5 * y))
+    assert x != y

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
 from aeros.runtime.ports import MotionCompletion, Trajectory
 from aeros.sim.kinematic.plant import KinematicPlant, make_plant
 from aeros.skill import act
+from tests.reports_in_full import compare_with_file
 from tests.shipped_scenes import shipped_scene
+from tests.unit.sim.described import described
 
 
 @pytest.fixture
@@ -49,3 +54,18 @@ def test_a_slide_out_of_reach_is_refused(plant: KinematicPlant) -> None:
     planned = plant.plan(act("slide", target=(2.0, 0.0, 0.05), force=5.0, speed=0.1))
     assert isinstance(planned, MotionCompletion)
     assert str(planned.reason).startswith("unreachable: ")
+
+
+def test_the_plan_in_numbers(plant: KinematicPlant) -> None:
+    x, y, z = plant.observe()["tool_position"].value
+    shown = []
+    for way, speed in (((0.1, 0.2), 0.1), ((0.0, 0.02), 0.004)):
+        planned = plant.plan(act("slide", target=(x + way[0], y + way[1], z - 0.03), force=5.0, speed=speed))
+        assert isinstance(planned, Trajectory)
+        ends = [
+            (len(path), *(np.asarray(path)[at, at].round(5) for at in (0, -1)))
+            for path in planned.joint_paths
+        ]
+        numbers = {"base": planned.base, "base path": planned.base_path, "duration": planned.duration}
+        shown += [described(one) for one in (*ends, numbers, planned.servo)]
+    compare_with_file(Path(__file__).with_name("slide.txt"), "\n".join(shown) + "\n")

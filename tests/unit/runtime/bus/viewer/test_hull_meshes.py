@@ -88,3 +88,37 @@ def test_the_file_has_the_corners_with_y_up() -> None:
     # IEC 61966-2-1: 0.5 in sRGB is 0.214 of the light of 1.
     assert colours[0] == pytest.approx([0.02 / 12.92, 0.214, 1.0, 1.0], abs=1e-3)
     assert colours[1] == pytest.approx([1.0, 0.0, 0.214, 1.0], abs=1e-3)
+
+
+def test_the_scene_is_that_of_gltf_2() -> None:
+    """Numbers of the Khronos specification: 5126 float, 5125 unsigned int, 34962 and 34963 targets."""
+    surface = ColouredMesh(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 2.0)), ((0, 1, 2),), (0.0, 0.0, 1.0))
+    file = encode_glb([surface, surface])
+    (size,) = unpack_from("<I", file, 12)
+    scene = json.loads(file[20 : 20 + size])
+    material = {"baseColorFactor": [0.0, 0.0, 1.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8}
+    corners = {"componentType": 5126, "type": "VEC3", "count": 3, "min": [0, 0, 0], "max": [1, 2, 0]}
+    numbers = {"componentType": 5125, "type": "SCALAR", "count": 3}
+    assert scene == {
+        "asset": {"version": "2.0", "generator": "AEROS"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [
+            {
+                "primitives": [
+                    {"attributes": {"POSITION": 0}, "indices": 1, "material": 0},
+                    {"attributes": {"POSITION": 2}, "indices": 3, "material": 1},
+                ]
+            }
+        ],
+        "materials": [{"pbrMetallicRoughness": material}] * 2,
+        "buffers": [{"byteLength": 96}],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": at, "byteLength": length, "target": target}
+            for at, length, target in ((0, 36, 34962), (36, 12, 34963), (48, 36, 34962), (84, 12, 34963))
+        ],
+        "accessors": [
+            {"bufferView": view, **one} for view, one in enumerate((corners, numbers, corners, numbers))
+        ],
+    }
