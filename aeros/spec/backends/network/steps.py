@@ -193,6 +193,9 @@ class _Translator:
             raise UnsupportedNetworkError(
                 f"it has the operator `{node.operator}`; bounds are proved of {', '.join(_HANDLERS)}"
             )
+        (output,) = node.outputs
+        if output in self.size or output in self._constants:
+            raise UnsupportedNetworkError(f"it defines `{output}` twice")
         handler(self, node)
 
     def _vector(self, name: str) -> str:

@@ -13,7 +13,7 @@ from aeros.spec.expr.parser import parse
 from aeros.spec.expr.random_conditions import ConditionCase, cases, exact_environment
 from aeros.spec.expr.random_terms import VARIABLES
 from aeros.spec.expr.scope import Scope
-from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.semantics import evaluate, is_true
 from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL, EnumType
 from tests.hypothesis_profiles import examples
@@ -61,9 +61,18 @@ def test_a_question_without_products_counts_and_absolute_values_needs_none(text:
     assert lemmas_for(terms_of(text)) == []
 
 
-def test_an_absolute_value_bounds_its_operand_on_both_sides() -> None:
-    assert len(lemmas_for(terms_of("abs(x) <= y"))) == 2
-    assert relating_lemmas(terms_of("abs(x) <= y")) == []
+POINTS = [{"x": Fraction(x), "y": Fraction(y)} for x in range(-4, 5) for y in range(-4, 5)]
+
+
+@pytest.mark.parametrize("text", ["abs(x - y) <= y", "min(x, y) <= 1 m", "max(x, y) <= 1 m"])
+def test_bounds_of_an_expression_are_true_and_one_of_them_is_an_equation_at_each_point(text: str) -> None:
+    """As `abs(x)` is x or -x, and an extremum is one of the two: nothing is lost."""
+    lemmas = lemmas_for(terms_of(text))
+    assert len(lemmas) == 2
+    assert relating_lemmas(terms_of(text)) == []
+    for point in POINTS:
+        assert all(is_true(one, point) for one in lemmas)
+        assert any(evaluate(_left(one), point) == evaluate(_right(one), point) for one in lemmas)
 
 
 def test_there_is_an_end_to_the_lemmas() -> None:
@@ -127,24 +136,78 @@ def test_a_root_is_rational_or_none(value: str, root: str | None) -> None:
 
 
 @pytest.mark.parametrize(
-    "texts",
+    ("required", "counted", "tight"),
     [
-        ("all(joint[j] >= 0 m for j in Joint)", "count(joint[j] >= 2 m for j in Joint) >= 2"),
-        ("all(joint[j] >= -1 m for j in Joint)", "count(joint[j] <= 2 m for j in Joint) <= 2"),
-        ("all(joint[j] <= 3 m for j in Joint)", "count(joint[j] <= 1 m for j in Joint) >= 2"),
-        ("all(joint[j] <= 3 m for j in Joint)", "count(joint[j] >= 1 m for j in Joint) <= 2"),
-        ("all(joint[j] <= 1 m for j in Joint)", "count(joint[j] <= 1 m for j in Joint) >= 2"),
+        ("joint[j] >= 0 m", "joint[j] >= 2 m", {0, 2}),
+        ("joint[j] >= -1 m", "joint[j] <= 2 m", {-1}),  # and near to 2 from above
+        ("joint[j] <= 3 m", "joint[j] <= 1 m", {1, 3}),
+        ("joint[j] <= 3 m", "joint[j] >= 1 m", {3}),
+        ("joint[j] <= 1 m", "joint[j] <= 1 m", {1}),
+        ("joint[j] >= 0 m", "joint[j] <= 0 m", {0}),
+        ("joint[j] <= 0 m", "joint[j] >= 0 m", {0}),
     ],
 )
-def test_a_lemma_of_a_count_is_true_everywhere_and_as_sharp_as_can_be(texts: tuple[str, str]) -> None:
-    points = [
-        {f"joint[j{number}]": Fraction(half, 2) for number in (1, 2, 3)} for half in range(-12, 13)
-    ]  # from -6 to 6
+def test_a_lemma_of_a_count_is_true_everywhere_and_as_sharp_as_can_be(
+    required: str, counted: str, tight: set[int]
+) -> None:
+    texts = f"all({required} for j in Joint)", f"count({counted} for j in Joint) >= 2"
+    halves = [Fraction(half, 2) for half in range(-12, 13)]  # from -6 to 6
     lemmas = relating_lemmas(terms_of(*texts))
     assert len(lemmas) == 3
     for lemma in lemmas:
-        assert all(is_true(lemma, point) for point in points)
+        points = {half: {f"joint[j{number}]": half for number in (1, 2, 3)} for half in halves}
+        assert all(is_true(lemma, point) for point in points.values())
         assert isinstance(lemma, t.Implies)
         assert isinstance(lemma.conclusion, t.Compare)
         sharper = t.Implies(lemma.premise, t.Compare("<", lemma.conclusion.left, lemma.conclusion.right))
-        assert not all(is_true(sharper, point) for point in points)
+        assert {half for half, point in points.items() if not is_true(sharper, point)} == tight
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        ("x", "x", True),
+        ("x", "y", False),
+        ("x + y", "y + x", True),
+        ("x - y", "x + y", False),
+        ("x + 1 m - x + y", "y + 1 m", True),
+        ("2 * (x + 1 m)", "x + x + 2 m", True),
+        ("2 * (x + 1 m)", "x + 2 m", False),
+        ("(x + 1 m) * 3", "3 * x + 3 m", True),
+        ("x * 3", "x * 2", False),
+        ("0 * x + y", "y", True),
+        ("x + 0 m", "x", True),
+        ("x + 1 m", "x + 2 m", False),
+    ],
+)
+def test_factors_that_are_the_same_linear_form_are_one_factor(one: str, other: str, *, same: bool) -> None:
+    lemmas = relating_lemmas(terms_of(f"({one}) * ({other}) >= 0 m*m"))
+    assert (lemmas == []) is same
+    assert all(is_true(lemma, point) for lemma in lemmas for point in POINTS)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "abs(x) * y <= 4 m*m",
+        "y * (x + abs(x)) <= 4 m*m",
+        "y * (abs(x) + x) <= 4 m*m",
+        "y * (2 * abs(x)) <= 4 m*m",
+        "2 * y <= 4 m",
+        "y * 0 <= 4 m",
+        "(x - x) * y <= 4 m*m",
+        "(0 * x) * y <= 4 m*m",
+        "y * (x * 0) <= 4 m*m",
+    ],
+)
+def test_factors_that_are_constant_or_not_linear_have_no_squares(text: str) -> None:
+    assert relating_lemmas(terms_of(text)) == []
+
+
+@pytest.mark.parametrize("bound", ["abs(y) {} 2 m", "2 m {} abs(y)", "y {} 2 m and -3 m {} y"])
+@pytest.mark.parametrize("op", ["<", "<=", ">=", ">", "=="])
+def test_a_lemma_of_a_product_is_true_whatever_its_premise_says(bound: str, op: str) -> None:
+    texts = bound.replace("{}", op), "abs(x) <= 4 m", "abs(x) * 7 <= 49 m", "x * y <= 8 m*m", "y * x <= 9 m*m"
+    for lemma in relating_lemmas(terms_of(*texts)):
+        if isinstance(lemma, t.Implies):
+            assert all(is_true(lemma, point) for point in POINTS)

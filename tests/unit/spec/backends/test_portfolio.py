@@ -2,6 +2,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -9,6 +11,7 @@ from aeros.spec.backends import portfolio
 from aeros.spec.backends.portfolio import decide
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
 from aeros.spec.backends.solver_results import Question, SatResult, SolverAnswer, timeout_answer
+from aeros.spec.backends.z3_solver import IncrementalSolver
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.random_terms import VARIABLES
@@ -75,3 +78,28 @@ def test_a_way_that_is_out_of_time_leaves_time_for_the_others(monkeypatch: pytes
     assert decide(question("x > 1 m"), 1, 10.0) == decided
     monkeypatch.setattr(portfolio, "_WAYS", (lambda *_: late, lambda *_: _UNKNOWN))
     assert decide(question("x > 1 m"), 1, 10.0) == timeout_answer(10.0)
+
+
+def test_each_way_has_two_fifths_of_the_time_or_what_is_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock, limits = [100.0], []
+
+    class Noted(IncrementalSolver):
+        def __init__(self, *given: Any, seconds: float) -> None:
+            limits.append(seconds)
+            super().__init__(*given, seconds=seconds)
+
+    def slow(*_: object) -> SolverAnswer:
+        clock[0] += 4.0
+        return _UNKNOWN
+
+    monkeypatch.setattr(portfolio, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(portfolio, "IncrementalSolver", Noted)
+    monkeypatch.setattr(portfolio, "_WAYS", (slow,) * 9)
+    assert decide(question("x > 1 m"), 1, 10.0) == _UNKNOWN
+    assert limits == [4.0, 4.0, 2.0]
+    monkeypatch.setattr(portfolio, "_WAYS", ())
+    assert decide(question("x > 1 m"), 1, 10.0) == timeout_answer(10.0)
+    monkeypatch.setattr(portfolio, "_WAYS", (slow,))
+    assert decide(question("x > 1 m"), 1, 0.0) == timeout_answer(0.0)

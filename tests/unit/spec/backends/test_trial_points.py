@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.backends.solver_results import Question
-from aeros.spec.backends.trial_points import MAX_NUMBERS, find_point
+from aeros.spec.backends.trial_points import MAX_NUMBERS, _values, find_point
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import values_by_variable
 from aeros.spec.expr.parser import parse
@@ -53,6 +53,7 @@ def test_a_range_that_excludes_0_is_begun_at_its_nearest_end() -> None:
 
 def test_other_variables_than_real_numbers_are_left_to_the_solver() -> None:
     assert find_point(question("a")) is None
+    assert find_point(question("laps >= 0")) is None
 
 
 def test_many_variables_are_left_to_the_solver() -> None:
@@ -61,3 +62,29 @@ def test_many_variables_are_left_to_the_solver() -> None:
     ]
     assert find_point(Question(many, {}, [])) is None
     assert find_point(Question(many[1:], {}, [])) is not None
+
+
+@pytest.mark.parametrize("end", ["x >= 10 m", "x <= -10 m"])
+def test_the_ends_of_a_range_are_in_it(end: str) -> None:
+    assert find_point(question(end)) == {"x": Fraction(10 if ">" in end else -10)}
+    assert find_point(question(end.replace("10", "10.5"))) is None
+
+
+@pytest.mark.parametrize(
+    ("texts", "sizes"),
+    [
+        (("x >= 2 m", "y <= -3 m"), ["2", "3", "5"]),
+        (("x * y <= 9 m*m", "x >= 2 m"), ["3", "2", "9", "5", "12", "11"]),  # the root of 9 is first
+        (("x * 0.25 m <= 0.0625 m*m",), ["1/2", "1/4", "1/16", "3/4", "9/16", "5/16"]),
+        (
+            ("x >= 7 m", "x >= 0.5 m", "y >= 0.75 m", "y >= 3 m", "x >= 8 m"),
+            ["1/2", "3", "3/4", "7", "7/2", "5/4"],
+        ),
+        (("x >= 0 m",), []),
+    ],
+)
+def test_values_to_try_are_roots_and_simple_constants_and_their_sums(
+    texts: tuple[str, ...], sizes: list[str]
+) -> None:
+    tried = _values(question(*texts).terms)
+    assert tried == [sign * Fraction(size) for size in sizes for sign in (1, -1)]

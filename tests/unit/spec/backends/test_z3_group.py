@@ -127,3 +127,15 @@ def test_a_model_may_be_irrational_and_is_then_near() -> None:
     value = found.model["x"]
     assert isinstance(value, Fraction)
     assert abs(value * value - 2) < Fraction(1, 10**20)
+
+
+def test_each_question_keeps_its_ranges_beside_those_of_others() -> None:
+    x, y = ({name: TEN[name]} for name in "xy")
+    questions = [
+        Question([X], x, [above(X, 10)]),
+        Question([Y], y, [above(Y, 10)]),
+        Question([X], x, [t.Not(above(X, -1))]),
+        Question([Y], y, [above(Y, 9)]),
+        Question([B], {}, [B]),
+    ]
+    assert results(*questions) == ["unsat", "unsat", "unsat", "sat", "sat"]

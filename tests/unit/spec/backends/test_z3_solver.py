@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import product
 from typing import Any
 
 import pytest
@@ -168,3 +169,46 @@ def test_a_shared_term_is_encoded_once() -> None:
         for term, truth in zip(parts, (True, False, False), strict=True):
             assert z3.is_true(z3.simplify(shared.encode_once(term, encode))) is truth
     assert encoded == [t.TRUE, t.FALSE]
+
+
+def test_each_kind_of_term_has_the_value_of_the_definition() -> None:
+    """One session answers all, so an answer is not that to an earlier question."""
+    mode, three = t.Literal("move", _MODE), _metres(3)
+    terms = (
+        A,
+        t.Not(A),
+        t.And((A, _less(X, Y))),
+        t.Or((A, _less(X, Y))),
+        t.Compare("==", M, mode),
+        t.Compare("==", A, _less(X, Y)),
+        t.Compare("<=", X, Y),
+        t.Compare("==", X, Y),
+        _less(t.Add(X, Y), t.Multiply(X, Y)),
+        t.Compare("==", t.Extremum("min", X, Y), X),
+        t.Compare("==", t.Extremum("max", X, Y), X),
+        t.Compare("<=", t.Extremum("min", X, three), t.Extremum("max", three, Y)),
+        t.Compare("==", t.Absolute(X), Y),
+        _less(t.Conditional(A, X, Y), t.Conditional(t.Compare("==", M, mode), Y, X)),
+    )
+    session = _session()
+    for x, y, a, m in product((-2, 1, 3), (-2, 2), (False, True), ("move", "stop")):
+        point: dict[str, bool | Fraction | str] = {"x": Fraction(x), "y": Fraction(y), "a": a, "mode": m}
+        for term in terms:
+            found = session.check_at_values(point, term).result
+            assert (found is SatResult.SAT) is is_true(term, point), (term, point)
+
+
+def test_a_value_outside_of_the_assumptions_is_impossible_also_where_it_is_given() -> None:
+    session = _session()
+    assert session.check_at_values({"x": Fraction(11)}, t.TRUE).result is SatResult.UNSAT
+    assert session.check_at_values({"x": Fraction(9)}, t.TRUE).result is SatResult.SAT
+    session.assume(_less(X, _metres(9)))
+    assert session.check_at_values({"x": Fraction(9)}, t.TRUE).result is SatResult.UNSAT
+
+
+def test_values_that_are_left_out_are_found_or_shown_impossible() -> None:
+    session = _session()
+    above = _less(X, Y)
+    assert session.check_at_values({"x": Fraction(9)}, above).result is SatResult.SAT
+    assert session.check_at_values({"x": Fraction(10)}, above).result is SatResult.UNSAT
+    assert session.check_at_values({}, above).result is SatResult.SAT

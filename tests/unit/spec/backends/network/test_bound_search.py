@@ -5,6 +5,7 @@ import math
 import pytest
 
 from aeros.spec.backends.network.bound_search import (
+    BoundSearch,
     _corners,
     _halves,
     _importance,
@@ -22,14 +23,14 @@ BOX = {"x": ([0.0], [2.0])}
 
 def test_a_bound_that_one_box_leaves_open_is_proved_in_parts() -> None:
     result = decide_bound(network_of(TENT), BOX, {"y": ((-0.1, 1.1),)})
-    assert result.is_proved
+    assert result == BoundSearch(True, None, result.parts)
     assert result.parts > 1
 
 
 def test_a_bound_that_is_violated_has_a_witness_inside_of_the_box() -> None:
     network = network_of(TENT)
     result = decide_bound(network, BOX, {"y": ((-0.1, 0.9),)})
-    assert not result.is_proved
+    assert result == BoundSearch(False, result.witness, 1)
     assert result.witness is not None
     assert violates(network, result.witness, {"y": ((-0.1, 0.9),)})
     assert 0.9 < result.witness["x"][0] < 1.1
@@ -38,13 +39,18 @@ def test_a_bound_that_is_violated_has_a_witness_inside_of_the_box() -> None:
 def test_a_violation_at_a_corner_is_found_first() -> None:
     result = decide_bound(network_of(TENT), BOX, {"y": ((0.5, 2.0),)})
     assert result.witness in ({"x": (0.0,)}, {"x": (2.0,)})
-    assert result.parts == 0
+    assert result == BoundSearch(False, result.witness, 0)
 
 
 def test_a_bound_without_room_for_rounding_is_left_open() -> None:
     result = decide_bound(network_of(TENT), BOX, {"y": ((-0.1, 1.0),)}, max_parts=50)
-    assert not result.is_proved
-    assert result.witness is None
+    assert result == BoundSearch(False, None, 50)
+
+
+def test_a_box_that_cannot_be_split_is_left_open() -> None:
+    """Its only side is a number, whose output is on the bound and not surely on one side of it."""
+    point = {"x": ([1.0], [1.0])}
+    assert decide_bound(network_of(TENT), point, {"y": ((-0.1, 1.0),)}) == BoundSearch(False, None, 1)
 
 
 def test_an_output_that_is_clipped_is_proved_at_once() -> None:
@@ -96,7 +102,8 @@ def test_a_box_is_halved_at_its_most_important_side() -> None:
         {"x": ([0.0, 1.5], [4.0, 3.0]), "z": ([0.0], [5.0])},
     )
     assert _halves({"x": ([1.0], [1.0])}, {"x": (1.0,)}) is None
-    assert _halves({"x": ([1.0], [1.0 + 2.0**-52])}, {"x": (1.0,)}) is None
+    for low in (1.0, 1.0 + 2.0**-52):  # the middle is rounded down, and up
+        assert _halves({"x": ([low], [low + 2.0**-52])}, {"x": (1.0,)}) is None
     assert _middle(box, is_double=True) == {"x": (2.0, 1.5), "z": (2.5,)}
     third = {"x": ([0.1], [0.1])}
     assert _middle(third, is_double=False) == {"x": (0.1,)}

@@ -38,11 +38,17 @@ def test_every_step_holds_its_exact_result_and_little_more() -> None:
         Sum("b", "a", "x", -1.0),
         Clip("c", "b", -1.0, 4.0),
         Join("d", ("c", "x")),
+        Linear("e", "d", ((1.0, -2.0, 0.0, 0.5), (0.0, 1.0, 0.0, -3.0)), (0.25, 7.0)),
     )
-    network = Network({"x": 2}, {"d": "d"}, steps, is_double=True)
-    low, high = propagate(network, {"x": ([0.0, 1.0], [1.0, 2.0])})["d"]
+    network = Network({"x": 2}, {"d": "d", "e": "e"}, steps, is_double=True)
+    found = propagate(network, {"x": ([0.0, 1.0], [1.0, 2.0])})
+    assert found.keys() == {"d", "e"}
+    low, high = found["d"]
     assert low == pytest.approx([-1.0, -1.0, 0.0, 1.0])
     assert high == pytest.approx([1.0, 0.0, 1.0, 2.0])
+    low, high = found["e"]
+    assert low == pytest.approx([-0.25, 0.0])
+    assert high == pytest.approx([4.25, 4.0])
 
 
 HUGE = 2.0**20
@@ -134,9 +140,12 @@ def test_vectors_of_other_lengths_are_refused_and_not_cut_off() -> None:
     two = Linear("y", "x", ((1.0,), (2.0,)), (1.0,))
     one, pair = ([0.0], [1.0]), ([0.0, 0.0], [1.0, 1.0])
     network = Network({"x": 1}, {"y": "y"}, (two,), is_double=True)
-    for box in (one, ([0.0], [1.0, 2.0]), ([0.0, 0.0], [1.0])):
-        with pytest.raises(ValueError, match=r"argument [23] is"):
-            bound_vectors(network, {"x": box})
+    with pytest.raises(ValueError, match="argument 3 is shorter"):
+        bound_vectors(network, {"x": one})
+    whole = replace(network, steps=(Linear("y", "x", ((1.0,), (2.0,)), (1.0, 1.0)),))
+    for box in (([0.0], [1.0, 2.0]), ([0.0, 0.0], [1.0])):
+        with pytest.raises(ValueError, match="argument 2 is"):
+            bound_vectors(whole, {"x": box})
     with pytest.raises(ValueError, match="argument 2 is shorter"):
         rounding_errors(network, {"x": one, "y": pair})
     scaled = replace(network, steps=(Scale("y", "x", (1.0,), (1.0,)),))

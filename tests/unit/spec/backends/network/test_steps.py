@@ -106,6 +106,8 @@ def test_vectors_have_the_sizes_of_their_steps() -> None:
         Operation("Tanh", ("z",), ("a",), {}),
         Operation("Identity", ("z",), ("a",), {}),
         Operation("Sub", ("z", "z"), ("a",), {}),
+        Operation("Sub", ("z", "c"), ("a",), {}),
+        Operation("Mul", ("c", "z"), ("a",), {}),
     ):
         found = translate(graph(first, node("Add", "a", "c"), c=TWO, w=wide), {"x": 2, "z": 3}).steps[-1]
         assert isinstance(found, Scale)
@@ -137,6 +139,8 @@ def test_a_network_is_double_if_all_its_numbers_are(constant: bool, ends: int, i
         outputs={"y": pair},
     )
     assert translate(one, {"x": 2}).is_double is is_double
+    without = replace(one, nodes=(node("Relu", "x"),), constants={})
+    assert translate(without, {"x": 2}).is_double is (ends == 11)
 
 
 def test_other_shapes_of_one_vector_are_the_vector() -> None:
@@ -179,6 +183,10 @@ def test_other_shapes_of_one_vector_are_the_vector() -> None:
         (node("Relu", "missing"), "`missing` is used before it is computed"),
         (node("Add", "x", "wide"), "a constant of the shape (1, 3) with a vector of 2"),
         (node("Constant", value=(1,)), "`Constant` of another form than a tensor"),
+        (replace(node("Relu", "x"), outputs=("z",)), "it defines `z` twice"),
+        (replace(node("Relu", "x"), outputs=("c",)), "it defines `c` twice"),
+        (replace(node("Constant", value=TWO), outputs=("c",)), "it defines `c` twice"),
+        (replace(node("Identity", "x"), outputs=("x",)), "it defines `x` twice"),
     ],
 )
 def test_anything_else_is_refused(one: Operation, cause: str) -> None:
