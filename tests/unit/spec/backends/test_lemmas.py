@@ -15,7 +15,8 @@ from aeros.spec.expr.random_terms import VARIABLES
 from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.semantics import evaluate, is_true
 from aeros.spec.expr.typecheck.check import check
-from aeros.spec.expr.types import BOOL, EnumType
+from aeros.spec.expr.types import BOOL, EnumType, RealType
+from aeros.spec.expr.units import NUMBER
 from tests.hypothesis_profiles import examples
 
 _JOINT = VARIABLES["arm"].type
@@ -35,15 +36,21 @@ def test_every_lemma_is_true_at_every_point(case: ConditionCase) -> None:
         assert is_true(lemma, point)
 
 
-def test_pairs_of_factors_have_squares_for_each_ratio_of_the_constants() -> None:
-    lemmas = relating_lemmas(terms_of("x * y <= 4 m*m"))
-    point = {"x": Fraction(3), "y": Fraction(-2)}
-    assert len(lemmas) == 2 * 3  # both signs, and the ratios 1, 1/2 and 2: of 4 and its root
-    assert all(is_true(one, point) for one in lemmas)
-    # Only equality makes a square 0, so each of these is as sharp as it can be.
-    tight = {"x": Fraction(1), "y": Fraction(2)}
-    zero = [one for one in lemmas if is_true(t.Compare("<=", _right(one), _left(one)), tight)]
-    assert len(zero) == 1
+@pytest.mark.parametrize(
+    ("text", "slopes"),
+    [("x * y <= 4 m*m", ["1", "1/2", "2"]), ("x * y <= 0 m*m", ["1"]), ("x * y <= 9 m*m", ["1", "1/3", "3"])],
+)
+def test_pairs_of_factors_have_squares_for_each_ratio_of_the_constants(text: str, slopes: list[str]) -> None:
+    """Of 4 and its root these are 1, 1/2 and 2; only equality makes a square 0, so each is sharp."""
+    lemmas = relating_lemmas(terms_of(text))
+    lines = [sign * Fraction(slope) for slope in slopes for sign in (-1, 1)]
+    assert len(lemmas) == len(lines)
+    for line, lemma in zip(lines, lemmas, strict=True):
+        for x in (Fraction(-2), Fraction(3)):
+            for other in (*lines, Fraction(0), Fraction(7)):
+                point = {"x": x, "y": other * x}
+                assert is_true(lemma, point)
+                assert (evaluate(_right(lemma), point) == 0) is (line == other)
 
 
 def _left(term: t.Term) -> t.Term:
@@ -77,7 +84,54 @@ def test_bounds_of_an_expression_are_true_and_one_of_them_is_an_equation_at_each
 
 def test_there_is_an_end_to_the_lemmas() -> None:
     many = " + ".join(f"(x + {number} m) * (y - {number} m)" for number in range(1, 40))
-    assert len(lemmas_for(terms_of(f"{many} <= 4 m*m"))) == MAX_LEMMAS
+    for write in (lemmas_for, relating_lemmas):
+        assert len(write(terms_of(f"{many} <= 4 m*m"))) == MAX_LEMMAS
+
+
+def test_lemmas_are_written_with_the_operators_of_the_language() -> None:
+    ranges = dict.fromkeys(("x", "y", "joint[j1]"), (Fraction(-3), Fraction(2)))
+    texts = (
+        "abs(x) <= 4 m and min(x, y) <= 1 m and max(x, y) <= 4 m and x * y <= 8 m*m and y * abs(x) <= 8 m*m",
+        "count(joint[j] <= 1 m for j in Joint) >= 2 and count(joint[j] >= 1 m for j in Joint) >= 2",
+        "all(joint[j] <= 3 m for j in Joint) and all(joint[j] >= 0 m for j in Joint)",
+    )
+    compared = [one.op for one in t.walk(lemmas_for(terms_of(*texts), ranges)) if isinstance(one, t.Compare)]
+    assert set(compared) == {"<="}
+    given = {one for one in t.walk(terms_of(*texts)) if isinstance(one, t.Literal)}
+    written = {one for one in t.walk(lemmas_for(terms_of(*texts), ranges)) if isinstance(one, t.Literal)}
+    assert {one.type for one in written - given} == {RealType(NUMBER)}
+
+
+@pytest.mark.parametrize(
+    ("constants", "count"),
+    [("2 200", 3), ("2 202", 1), ("3 300", 3), ("2 3", 3), ("2 -3", 3), ("2 0", 1), ("50 50.5", 1), ("4", 3)],
+)
+def test_ratios_are_those_of_sizes_and_have_small_parts(constants: str, count: int) -> None:
+    texts = [f"x * y <= {one} m*m" for one in constants.split()]
+    assert len(relating_lemmas(terms_of(*texts))) == 2 * count  # both signs
+
+
+@pytest.mark.parametrize(
+    ("texts", "count"),
+    [
+        (("ready[j] == (joint[j] >= 1 m)", "count(ready[j] for j in Joint) >= 2"), 3),
+        (("(joint[j] >= 1 m) == ready[j]", "count(ready[j] for j in Joint) >= 2"), 3),
+        (("a == (joint[j] >= 1 m)", "count(ready[j] for j in Joint) >= 2"), 0),
+        (("(joint[j] >= 1 m) == a", "count(ready[j] for j in Joint) >= 2"), 0),
+        (("a", "count(joint[j] == 1 m for j in Joint) >= 2"), 0),
+        (("a", "(if joint[j] >= 1 m then 1 else 0) >= 1"), 3),
+        (("a", "(if joint[j] >= 1 m then 1 else 2) >= 1"), 0),
+        (("a", "(if joint[j] >= 1 m then 2 else 0) >= 1"), 0),
+        (("a", "(if joint[j] >= 1 m then 0 else 1) >= 1"), 0),
+        (("a", "(if joint[j] >= 1 m then 1 else n) >= 1"), 0),
+        (("a", "(if joint[j] >= 1 m then n else 0) >= 1"), 0),
+    ],
+)
+def test_a_count_is_of_a_comparison_that_it_names_and_of_ones_and_zeros(
+    texts: tuple[str, str], count: int
+) -> None:
+    named, counted = (text if "count" in text else f"all({text} for j in Joint)" for text in texts)
+    assert len(relating_lemmas(terms_of("all(joint[j] >= 0 m for j in Joint)", named, counted))) == count
 
 
 def test_a_count_is_related_to_the_numbers_that_are_compared() -> None:
@@ -120,14 +174,6 @@ def test_a_lemma_with_a_range_is_true_in_and_out_of_it(
         assert is_true(lemma, point)
 
 
-def test_a_counted_condition_may_be_named_by_another() -> None:
-    named = terms_of(
-        "all(joint[j] >= 0 m and ready[j] == (joint[j] >= 1 m) for j in Joint)",
-        "count(ready[j] for j in Joint) >= 2",
-    )
-    assert len(relating_lemmas(named)) == 3
-
-
 @pytest.mark.parametrize(
     ("value", "root"), [("4", "2"), ("9/16", "3/4"), ("0", "0"), ("2", None), ("1/2", None)]
 )
@@ -143,6 +189,7 @@ def test_a_root_is_rational_or_none(value: str, root: str | None) -> None:
         ("joint[j] <= 3 m", "joint[j] <= 1 m", {1, 3}),
         ("joint[j] <= 3 m", "joint[j] >= 1 m", {3}),
         ("joint[j] <= 1 m", "joint[j] <= 1 m", {1}),
+        ("joint[j] >= 1 m", "joint[j] >= 1 m", {1}),
         ("joint[j] >= 0 m", "joint[j] <= 0 m", {0}),
         ("joint[j] <= 0 m", "joint[j] >= 0 m", {0}),
     ],
@@ -202,6 +249,28 @@ def test_factors_that_are_the_same_linear_form_are_one_factor(one: str, other: s
 )
 def test_factors_that_are_constant_or_not_linear_have_no_squares(text: str) -> None:
     assert relating_lemmas(terms_of(text)) == []
+
+
+@pytest.mark.parametrize("product", ["x * y", "y * x"])
+@pytest.mark.parametrize(
+    ("bound", "limit"),
+    [
+        ("abs(y) <= 2 m", 2),
+        ("y <= 2 m and -3 m <= y", 3),
+        ("y < 1 m and -1 m < y", 1),
+        ("y <= -1 m and y >= -2 m", 2),
+    ],
+)
+def test_a_product_is_within_its_factor_times_the_bound_of_the_other_and_no_less(
+    bound: str, limit: int, product: str
+) -> None:
+    (lemma,) = relating_lemmas(terms_of(bound, "abs(x) * 7 <= 49 m", f"{product} <= 0 m*m"))[:1]
+    assert isinstance(lemma, t.Implies)
+    (premise,) = terms_of(bound)
+    for point in POINTS:
+        assert is_true(lemma.premise, point) is is_true(premise, point)
+        within = not point["x"] or abs(point["y"]) <= limit
+        assert is_true(lemma.conclusion, point) is within
 
 
 @pytest.mark.parametrize("bound", ["abs(y) {} 2 m", "2 m {} abs(y)", "y {} 2 m and -3 m {} y"])

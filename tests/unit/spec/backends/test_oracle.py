@@ -3,7 +3,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing
 from fractions import Fraction
 from pathlib import Path
@@ -298,13 +298,13 @@ def test_answers_belong_to_the_solver_and_to_the_code_that_gives_terms_their_mea
 
 def test_the_answers_of_a_group_are_asked_for_once_and_recorded(monkeypatch: pytest.MonkeyPatch) -> None:
     oracle = Oracle(recording=True)
-    posed = _posed(3, 11)
+    posed = _posed(3, 11, 5)
     unsat = SolverAnswer(SatResult.UNSAT, {})
     groups: list[object] = []
 
     def answer(_: object, questions: object, rlimit: int, seconds: float) -> list[SolverAnswer | None]:
         groups.append((questions, rlimit, seconds))
-        return [None, unsat]
+        return [None, unsat, SAT]
 
     monkeypatch.setattr(SolverProcess, "check_together", answer)
 
@@ -315,14 +315,47 @@ def test_the_answers_of_a_group_are_asked_for_once_and_recorded(monkeypatch: pyt
     monkeypatch.setattr(SolverProcess, "check_sat", answer_alone)
     alone: list[object] = []
     for _ in range(2):
-        assert oracle.check_together(posed) == [SAT, unsat]
+        assert oracle.check_together(posed) == [SAT, unsat, SAT]
     assert alone == [(posed[0].question.terms)]
     assert len(groups) == 2  # as one question was left open
     assert groups[0] == ([one.question for one in posed], oracle.rlimit, oracle._seconds)
     assert [(one.description, one.question, one.answer) for one in oracle.asked.values()] == [
         ("a claim", posed[0].question, SAT),
         ("a claim", posed[1].question, unsat),
+        ("a claim", posed[2].question, SAT),
     ]
+
+
+def test_one_question_alone_is_no_group(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SolverProcess, "check_together", lambda *_: pytest.fail("a group of one"))
+    answers = Oracle().check_together(_posed(3, 3))
+    assert [one.result for one in answers] == [SatResult.SAT] * 2
+    assert Oracle().check_together([]) == []
+
+
+def test_a_question_is_known_by_what_it_says_and_not_by_its_objects(monkeypatch: pytest.MonkeyPatch) -> None:
+    oracle = Oracle()
+    parts = _above(Fraction(3)), B
+    shapes: list[Callable[[], t.Term]] = [
+        lambda: t.And(tuple(parts)),
+        lambda: t.Or(tuple(parts)),
+        lambda: t.And(tuple(reversed(parts))),
+        lambda: t.Not(t.And(tuple(parts))),
+        lambda: t.Not(parts[1]),
+        lambda: t.And((t.Or(tuple(parts)),)),
+        lambda: parts[0],
+    ]
+    asked: list[t.Term] = []
+
+    def answer(_: object, __: object, ___: object, terms: Sequence[t.Term], *____: object) -> SolverAnswer:
+        asked.extend(terms)
+        return SAT
+
+    monkeypatch.setattr(SolverProcess, "check_sat", answer)
+    for _ in range(2):
+        for make in shapes:
+            oracle.check_sat([X, B], RANGES, [make()])
+    assert asked == [make() for make in shapes]
 
 
 def test_a_group_has_an_answer_for_each_question(monkeypatch: pytest.MonkeyPatch) -> None:

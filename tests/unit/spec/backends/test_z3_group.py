@@ -139,3 +139,15 @@ def test_each_question_keeps_its_ranges_beside_those_of_others() -> None:
         Question([B], {}, [B]),
     ]
     assert results(*questions) == ["unsat", "unsat", "unsat", "sat", "sat"]
+
+
+def test_a_range_is_noted_of_each_question_that_joins_others() -> None:
+    """The first two have no variable in common, and the third has another range than the second."""
+    low, high = ({"y": (Fraction(start), Fraction(start + 1))} for start in (0, 5))
+    questions = [
+        Question([X], TEN, [above(X, 3)]),
+        Question([Y], low, [above(Y, 2)]),
+        Question([Y], high, [above(Y, 2)]),
+        Question([X, Y], TEN | low, [above(X, 3), above(Y, 2)]),
+    ]
+    assert results(*questions) == ["sat", "unsat", "sat", "unsat"]

@@ -2,16 +2,18 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import product
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 import z3
 
-from aeros.spec.backends.solver_results import SatResult, SolverAnswer
+from aeros.spec.backends import z3_solver
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer, timeout_answer
 from aeros.spec.backends.z3_solver import IncrementalSolver, SolverContext, solver_version
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
-from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, VectorType
+from aeros.spec.expr.types import BOOL, EnumType, FamilyType, IntegerType, RealType, VectorType
 from aeros.spec.expr.units import LENGTH
 
 _METRES = RealType(LENGTH)
@@ -212,3 +214,51 @@ def test_values_that_are_left_out_are_found_or_shown_impossible() -> None:
     assert session.check_at_values({"x": Fraction(9)}, above).result is SatResult.SAT
     assert session.check_at_values({"x": Fraction(10)}, above).result is SatResult.UNSAT
     assert session.check_at_values({}, above).result is SatResult.SAT
+
+
+def test_a_question_is_late_after_its_time_limit_and_otherwise_has_the_solvers_reason(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = [100.0]
+
+    def check(took: float, outcome: object) -> SolverAnswer:
+        def answer(*_: object) -> object:
+            clock[0] += took
+            return outcome
+
+        monkeypatch.setattr(z3.Solver, "check", answer)
+        return IncrementalSolver([A], {}, seconds=2.5).check_at_values({"a": True}, A)
+
+    monkeypatch.setattr(z3_solver, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(z3.Solver, "reason_unknown", lambda _: "canceled")
+    assert check(2.25, z3.unknown) == SolverAnswer(SatResult.UNKNOWN, {}, "canceled")
+    assert check(2.5, z3.unknown) == check(9.0, z3.unknown) == timeout_answer(2.5)
+    assert check(9.0, z3.sat) == SolverAnswer(SatResult.SAT, {})
+    assert check(9.0, z3.unsat) == SolverAnswer(SatResult.UNSAT, {})
+
+
+def test_solvers_that_share_a_context_have_their_own_ranges_and_members() -> None:
+    shared = SolverContext()
+    other = t.Variable("mode", EnumType("Mode", ("idle", "move")), t.VariableRole.STATE)
+    ranges: list[dict[str, tuple[Fraction, Fraction]]] = [
+        {"x": (Fraction(low), Fraction(low + 1))} for low in (0, 5, 0)
+    ]
+    wide, high, *_ = (IncrementalSolver([X, M], one, 1_000_000, shared) for one in ranges)
+    free = IncrementalSolver([X, other], {}, 1_000_000, shared)
+    above = _less(_metres(2), X)
+    assert [one.check_sat(above).result for one in (wide, high, free)] == [
+        SatResult.UNSAT, SatResult.SAT, SatResult.SAT
+    ]  # fmt: skip
+    stop = t.Compare("==", M, t.Literal("stop", _MODE))
+    assert [one.check_sat(stop).result for one in (wide, free)] == [SatResult.SAT, SatResult.UNSAT]
+
+
+def test_a_whole_number_is_whole_and_in_its_range() -> None:
+    laps = t.Variable("laps", IntegerType(), t.VariableRole.STATE)
+    half = t.Compare("==", t.Add(laps, laps), t.Literal(Fraction(3), RealType(IntegerType().dimension)))
+    two = t.Compare("==", t.Add(laps, laps), t.Literal(Fraction(4), RealType(IntegerType().dimension)))
+    session = IncrementalSolver([laps], {"laps": (Fraction(1), Fraction(9))})
+    assert session.check_sat(half).result is SatResult.UNSAT
+    assert session.check_sat(two).model == {"laps": Fraction(2)}
+    low = IncrementalSolver([laps], {"laps": (Fraction(3), Fraction(9))})
+    assert low.check_sat(two).result is SatResult.UNSAT
