@@ -99,7 +99,7 @@ def test_lemmas_are_written_with_the_operators_of_the_language() -> None:
     assert set(compared) == {"<="}
     given = {one for one in t.walk(terms_of(*texts)) if isinstance(one, t.Literal)}
     written = {one for one in t.walk(lemmas_for(terms_of(*texts), ranges)) if isinstance(one, t.Literal)}
-    assert {one.type for one in written - given} == {RealType(NUMBER)}
+    assert {one.type for one in written - given} == {BOOL, RealType(NUMBER)}
 
 
 @pytest.mark.parametrize(
