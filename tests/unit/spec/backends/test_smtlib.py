@@ -116,6 +116,24 @@ _READY_M = t.Select(READY, INDEX)
         (t.Compare("<", t.Extremum("max", X, Y), Y), "(< (let ((a |x|) (b |y|)) (ite (> a b) a b)) |y|)"),
         (t.Compare("==", P, Q), "(and (= |p.x| |q.x|) (= |p.y| |q.y|) (= |p.z| |q.z|))"),
         (
+            t.Compare("==", t.Add(P, Q), P),
+            "(and (= (+ |p.x| |q.x|) |p.x|) (= (+ |p.y| |q.y|) |p.y|) (= (+ |p.z| |q.z|) |p.z|))",
+        ),
+        (
+            t.Compare("==", t.Multiply(X, P), P),
+            "(and (= (* |x| |p.x|) |p.x|) (= (* |x| |p.y|) |p.y|) (= (* |x| |p.z|) |p.z|))",
+        ),
+        (
+            t.Compare("==", t.Conditional(A, P, Q), t.Vector(X, Y, X)),
+            "(and (= (ite |a| |p.x| |q.x|) |x|) (= (ite |a| |p.y| |q.y|) |y|) (= (ite |a| |p.z| |q.z|) |x|))",
+        ),
+        (
+            t.Compare("==", t.Vector(X, Y, X), P),
+            "(and (= |x| |p.x|) (= |y| |p.y|) (= |x| |p.z|))",
+        ),
+        (t.Compare("==", t.Add(X, Y), t.Multiply(X, Y)), "(= (+ |x| |y|) (* |x| |y|))"),
+        (t.Compare("==", t.Conditional(A, X, Y), Y), "(= (ite |a| |x| |y|) |y|)"),
+        (
             t.Compare("<", t.Component(t.Conditional(t.TRUE, t.Add(P, Q), t.Multiply(X, P)), 2), Y),
             "(< (ite true (+ |p.z| |q.z|) (* |x| |p.z|)) |y|)",
         ),

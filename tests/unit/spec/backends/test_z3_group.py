@@ -116,6 +116,13 @@ def test_one_model_settles_many_questions(monkeypatch: pytest.MonkeyPatch) -> No
     assert next(checks) == 1
 
 
+def test_a_group_has_the_budget_and_the_time_limit_of_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: dict[str, object] = {}
+    monkeypatch.setattr(z3.Solver, "set", lambda solver, name, value: given.update({name: value}))
+    answer_together([Question([X], TEN, [above(X, 3)])], 12_345, 2.5)
+    assert given == {"random_seed": 0, "rlimit": 12_345, "timeout": 2500, "phase_selection": 1}
+
+
 def test_no_question_has_no_answer() -> None:
     assert answer_together([], *BUDGET) == []
 

@@ -200,6 +200,36 @@ def test_each_kind_of_term_has_the_value_of_the_definition() -> None:
             assert (found is SatResult.SAT) is is_true(term, point), (term, point)
 
 
+def test_products_of_a_simplified_question_are_multiplied_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[dict[str, bool]] = []
+    use = z3.With
+
+    def noted(tactic: z3.Tactic, **options: bool) -> object:
+        given.append(options)
+        return use(tactic, **options)
+
+    monkeypatch.setattr(z3, "With", noted)
+    assert _session().check_simplified([_less(X, Y)]).result is SatResult.SAT
+    assert given == [{"som": True}]
+
+
+@pytest.mark.parametrize("tactic", ["smt", "qfnra-nlsat"])
+def test_a_simplified_question_has_the_assumptions_and_a_model_of_all_variables(tactic: str) -> None:
+    session = IncrementalSolver((X, Y), _RANGES)
+    for least, result in ((99, SatResult.SAT), (100, SatResult.UNSAT)):
+        answer = session.check_simplified([_less(_metres(least), t.Multiply(X, Y))], tactic)
+        assert answer.result is result
+        assert answer.model.keys() == ({"x", "y"} if result is SatResult.SAT else set())
+    session.assume(_less(X, _metres(0)))
+    answer = session.check_simplified([_less(_metres(99), t.Multiply(X, Y))], tactic)
+    assert answer.result is SatResult.SAT
+    x, y = answer.model["x"], answer.model["y"]
+    assert isinstance(x, Fraction)
+    assert isinstance(y, Fraction)
+    assert max(x, y) < 0
+    assert 99 < x * y <= 100
+
+
 def test_a_value_outside_of_the_assumptions_is_impossible_also_where_it_is_given() -> None:
     session = _session()
     assert session.check_at_values({"x": Fraction(11)}, t.TRUE).result is SatResult.UNSAT
@@ -251,6 +281,15 @@ def test_solvers_that_share_a_context_have_their_own_ranges_and_members() -> Non
     ]  # fmt: skip
     stop = t.Compare("==", M, t.Literal("stop", _MODE))
     assert [one.check_sat(stop).result for one in (wide, free)] == [SatResult.SAT, SatResult.UNSAT]
+
+
+def test_a_whole_number_and_a_real_of_one_name_have_their_own_conditions() -> None:
+    shared = SolverContext()
+    ranges = {"x": (Fraction(0), Fraction(1))}
+    whole = t.Variable("x", IntegerType(), t.VariableRole.STATE)
+    half = t.Compare("==", X, _metres(Fraction(1, 2)))
+    for variable, result in ((whole, SatResult.UNSAT), (X, SatResult.SAT), (whole, SatResult.UNSAT)):
+        assert IncrementalSolver([variable], ranges, context=shared).check_sat(half).result is result
 
 
 def test_a_whole_number_is_whole_and_in_its_range() -> None:

@@ -107,6 +107,7 @@ def test_a_box_is_halved_at_its_most_important_side() -> None:
     assert _middle(box, is_double=True) == {"x": (2.0, 1.5), "z": (2.5,)}
     third = {"x": ([0.1], [0.1])}
     assert _middle(third, is_double=False) == {"x": (0.1,)}
+    assert _middle({"x": ([1.0, -4.0], [2.0, -1.0])}, is_double=True) == {"x": (1.5, -2.5)}
 
 
 def test_a_side_is_as_important_as_what_the_first_layer_makes_of_it() -> None:

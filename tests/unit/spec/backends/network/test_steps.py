@@ -54,6 +54,7 @@ def test_arithmetic_with_constants_becomes_one_scale() -> None:
 
 def test_two_values_are_added_and_joined() -> None:
     assert step(node("Sub", "x", "z")) == Sum("y", "x", "z", -1.0)
+    assert step(node("Add", "z", "x")) == Sum("y", "z", "x", 1.0)
     assert step(node("Concat", "x", "z", axis=-1.0)) == Join("y", ("x", "z"))
 
 
