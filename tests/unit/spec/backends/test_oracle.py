@@ -142,7 +142,42 @@ def test_a_group_is_found_in_the_store_and_another_group_is_asked(
 def test_after_too_many_timeouts_no_group_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     _forbid_solving(monkeypatch)
     answers = Oracle(max_timeouts=0).check_together(_posed(3, 11))
-    assert [one.reason for one in answers] == ["not asked, as 0 questions had no answer within 10 s"] * 2
+    unasked = SolverAnswer(SatResult.UNKNOWN, {}, "not asked, as 0 questions had no answer within 10 s")
+    assert answers == [unasked] * 2
+    assert Oracle(max_timeouts=0).with_reduced_budget(2).check_together(_posed(3, 11)) == [unasked] * 2
+
+
+def test_a_smaller_budget_is_at_least_1_and_shares_what_is_known_and_recorded(
+    open_store: Callable[[], AnswerStore], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = Oracle(1000, open_store(), recording=True)
+    reduced = first.with_reduced_budget(300)
+    assert (reduced.rlimit, first.with_reduced_budget(5000).rlimit) == (3, 1)
+    monkeypatch.setattr(SolverProcess, "check_sat", lambda *_: SAT)
+    reduced.check_sat([X], RANGES, [_above(Fraction(3))], "a repair")
+    assert [one.description for one in first.asked.values()] == ["a repair"]
+    reduced.save_answers()
+    _forbid_solving(monkeypatch)
+    again = Oracle(1000, open_store()).with_reduced_budget(300)
+    assert again.check_sat([X], RANGES, [_above(Fraction(3))]) == SAT
+    assert again.asked == {}
+
+
+def test_a_term_that_questions_share_is_hashed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    hashed: list[str] = []
+    find = oracle_module._hash
+
+    def noted(text: str) -> str:
+        hashed.append(text)
+        return find(text)
+
+    monkeypatch.setattr(oracle_module, "_hash", noted)
+    monkeypatch.setattr(SolverProcess, "check_sat", lambda *_: SAT)
+    oracle, shared = Oracle(), t.And((_above(Fraction(3)), B))
+    for other in (t.TRUE, t.FALSE, B):
+        oracle.check_sat([X, B], RANGES, [shared, t.Or((shared, other))])
+    for term in (X, B, shared.operands[0], t.TRUE, t.FALSE):
+        assert hashed.count(repr(term)) == 1, term
 
 
 @pytest.fixture
