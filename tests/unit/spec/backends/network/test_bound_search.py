@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -16,7 +17,7 @@ from aeros.spec.backends.network.bound_search import (
     violates,
 )
 from aeros.spec.backends.network.steps import Linear, Network
-from tests.unit.spec.backends.network.networks import TENT, network_of, random_layers
+from tests.unit.spec.backends.network.networks import TENT, network_of, random_layers, rounded
 
 BOX = {"x": ([0.0], [2.0])}
 
@@ -34,6 +35,13 @@ def test_a_bound_that_is_violated_has_a_witness_inside_of_the_box() -> None:
     assert result.witness is not None
     assert violates(network, result.witness, {"y": ((-0.1, 0.9),)})
     assert 0.9 < result.witness["x"][0] < 1.1
+
+
+@pytest.mark.parametrize(("is_double", "middle"), [(True, 1.025), (False, rounded(1.025))])
+def test_the_middle_that_violates_is_a_number_of_the_networks_format(is_double: bool, middle: float) -> None:
+    network = replace(network_of(TENT), is_double=is_double)
+    found = decide_bound(network, {"x": ([0.125], [1.925])}, {"y": ((-1.0, 0.96),)})
+    assert found == BoundSearch(False, {"x": (middle,)}, 1)
 
 
 def test_a_violation_at_a_corner_is_found_first() -> None:
@@ -108,6 +116,12 @@ def test_a_box_is_halved_at_its_most_important_side() -> None:
     third = {"x": ([0.1], [0.1])}
     assert _middle(third, is_double=False) == {"x": (0.1,)}
     assert _middle({"x": ([1.0, -4.0], [2.0, -1.0])}, is_double=True) == {"x": (1.5, -2.5)}
+    assert _middle({"x": ([0.1], [0.3])}, is_double=True) == {"x": (0.2,)}
+    far = {"x": ([10.0, 0.0], [11.0, 3.0])}
+    assert _halves(far, {"x": (1.0, 1.0)}) == (
+        {"x": ([10.0, 0.0], [11.0, 1.5])},
+        {"x": ([10.0, 1.5], [11.0, 3.0])},
+    )
 
 
 def test_a_side_is_as_important_as_what_the_first_layer_makes_of_it() -> None:

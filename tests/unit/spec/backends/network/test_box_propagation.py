@@ -131,6 +131,29 @@ def test_errors_are_those_of_the_end_of_a_box_that_is_farther_from_zero(
     assert error == pytest.approx(max(of_low, of_high))
 
 
+@pytest.mark.parametrize(
+    "step",
+    [
+        Linear("y", "x", ((HUGE,),), (-3.0,)),
+        Linear("y", "x", ((-HUGE,),), (3.0,)),
+        Scale("y", "x", (HUGE,), (-HUGE,)),
+        Scale("y", "x", (-HUGE,), (HUGE,)),
+        Sum("y", "x", "x", 1.0),
+        Sum("y", "x", "x", -1.0),
+        Clip("y", "x", -2.0, 2.0),
+        Smooth("y", "x", "tanh"),
+    ],
+)
+def test_the_box_of_a_box_holds_those_of_all_its_parts(step: Step) -> None:
+    network = Network({"x": 1}, {"y": "y"}, (step,), is_double=False)
+    for low, high in ((-3.0, 1.0), (-1.0, 3.0), (1.0, 5.0), (-5.0, -1.0)):
+        (least,), (most,) = propagate(network, {"x": ([low], [high])})["y"]
+        middle = (low + high) / 2
+        for start, end in ((low, low), (middle, middle), (high, high), (low, middle), (middle, high)):
+            (lower,), (upper,) = propagate(network, {"x": ([start], [end])})["y"]
+            assert least <= lower <= upper <= most
+
+
 @pytest.mark.parametrize(("name", "function"), [("tanh", math.tanh), ("sigmoid", None)])
 @pytest.mark.parametrize("x", [-800.0, -700.0, -2.0, 0.0, 0.5, 800.0])
 def test_smooth_steps_are_within_their_margin_of_the_function(name: str, function: Any, x: float) -> None:
