@@ -131,9 +131,11 @@ def test_a_group_is_found_in_the_store_and_another_group_is_asked(
     open_store: Callable[[], AnswerStore], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = Oracle(store=open_store())
+    alone = first.check_sat([X], RANGES, [_above(Fraction(7))])
     answers = first.check_together(_posed(3, 11))
     first.save_answers()
     _forbid_solving(monkeypatch)
+    assert Oracle(store=open_store()).check_sat([X], RANGES, [_above(Fraction(7))]) == alone
     assert Oracle(store=open_store()).check_together(_posed(3, 11)) == answers
     with pytest.raises(AssertionError, match="was asked"):
         Oracle(store=open_store()).check_together(_posed(3, 9))
@@ -154,12 +156,14 @@ def test_a_smaller_budget_is_at_least_1_and_shares_what_is_known_and_recorded(
     reduced = first.with_reduced_budget(300)
     assert (reduced.rlimit, first.with_reduced_budget(5000).rlimit) == (3, 1)
     monkeypatch.setattr(SolverProcess, "check_sat", lambda *_: SAT)
-    reduced.check_sat([X], RANGES, [_above(Fraction(3))], "a repair")
-    assert [one.description for one in first.asked.values()] == ["a repair"]
-    reduced.save_answers()
+    for bound in (3, 4):
+        reduced.check_sat([X], RANGES, [_above(Fraction(bound))], f"repair {bound}")
+        first.save_answers()
+    assert [one.description for one in first.asked.values()] == ["repair 3", "repair 4"]
     _forbid_solving(monkeypatch)
     again = Oracle(1000, open_store()).with_reduced_budget(300)
-    assert again.check_sat([X], RANGES, [_above(Fraction(3))]) == SAT
+    for bound in (3, 4):
+        assert again.check_sat([X], RANGES, [_above(Fraction(bound))]) == SAT
     assert again.asked == {}
 
 
@@ -359,6 +363,23 @@ def test_the_answers_of_a_group_are_asked_for_once_and_recorded(monkeypatch: pyt
         ("a claim", posed[1].question, unsat),
         ("a claim", posed[2].question, SAT),
     ]
+
+
+def test_only_models_that_are_shown_are_asked_for_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    unsat, own = SolverAnswer(SatResult.UNSAT, {}), SolverAnswer(SatResult.SAT, {"x": Fraction(7)})
+    posed = [*_posed(3, 11, is_shown=True), *_posed(5)]
+    monkeypatch.setattr(SolverProcess, "check_together", lambda *_: [SAT, unsat, SAT])
+    alone: list[object] = []
+
+    def answer_alone(*given: object) -> SolverAnswer:
+        alone.append(given[3])
+        return own
+
+    monkeypatch.setattr(SolverProcess, "check_sat", answer_alone)
+    oracle = Oracle()
+    assert oracle.check_together(posed) == [own, unsat, SAT]
+    assert alone == [posed[0].question.terms]
+    oracle.save_answers()  # without a store, nothing happens
 
 
 def test_one_question_alone_is_no_group(monkeypatch: pytest.MonkeyPatch) -> None:
