@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
@@ -91,15 +91,35 @@ def test_each_way_has_two_fifths_of_the_time_or_what_is_left(
             super().__init__(*given, seconds=seconds)
 
     def slow(*_: object) -> SolverAnswer:
-        clock[0] += 4.0
+        clock[0] += 4.75
         return _UNKNOWN
 
     monkeypatch.setattr(portfolio, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     monkeypatch.setattr(portfolio, "IncrementalSolver", Noted)
     monkeypatch.setattr(portfolio, "_WAYS", (slow,) * 9)
     assert decide(question("x > 1 m"), 1, 10.0) == _UNKNOWN
-    assert limits == [4.0, 4.0, 2.0]
+    assert limits == [4.0, 4.0, 0.5]
     monkeypatch.setattr(portfolio, "_WAYS", ())
     assert decide(question("x > 1 m"), 1, 10.0) == timeout_answer(10.0)
     monkeypatch.setattr(portfolio, "_WAYS", (slow,))
     assert decide(question("x > 1 m"), 1, 0.0) == timeout_answer(0.0)
+
+
+def test_ways_use_the_ranges_the_lemmas_and_the_tactic_that_they_are_named_after(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked, lemma, given = question("x * y <= 4 m*m"), t.TRUE, []
+
+    def lemmas(terms: object, ranges: object) -> list[t.Term]:
+        assert (terms, ranges) == (asked.terms, asked.ranges)
+        return [lemma]
+
+    def noted(_: object, terms: Sequence[t.Term], tactic: str = "default") -> SolverAnswer:
+        given.append((list(terms), tactic))
+        return _UNKNOWN
+
+    monkeypatch.setattr(portfolio, "lemmas_for", lemmas)
+    monkeypatch.setattr(IncrementalSolver, "check_simplified", noted)
+    for way in (portfolio._with_lemmas, portfolio._by_cells):
+        assert alone(way, asked) == _UNKNOWN
+    assert given == [([*asked.terms, lemma], "default"), (list(asked.terms), "qfnra-nlsat")]

@@ -19,8 +19,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+import z3
 
 from aeros.spec.backends import solver_process
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
 from aeros.spec.backends.solver_process import SOLVER_PROCESS, SolverProcess, SolverSession
 from aeros.spec.backends.solver_results import NoAnswerError, Question, SatResult, ScriptAnswer, SolverAnswer
 from aeros.spec.expr import terms as t
@@ -333,3 +335,52 @@ def test_an_answer_may_take_ten_times_its_limit_by_the_clock(
     for _ in range(2):
         assert solver.ask(abs, -3, seconds=1.5) == 3
     assert limits == [120, 55.0, 55.0]  # it starts once; a grace of 2 s counts at both ends
+
+
+DEAF = (
+    "import os, sys; os.close(0); "
+    "sys.stdout.buffer.write(bytes(7) + b'\\x05ready'); sys.stdout.buffer.flush()"
+)
+"""It starts, takes no question and ends."""
+
+
+def test_a_process_that_ends_before_it_is_asked_leaves_the_question_undecided() -> None:
+    solver = SolverProcess(DEAF)
+    with pytest.raises(NoAnswerError, match=r"^(the solver's process has ended|no answer within)"):
+        solver.ask(len, bytes(1 << 20), seconds=5.0)
+    assert solver._process is None
+
+
+def test_a_process_that_is_silent_for_too_long_is_killed(
+    solver: SolverProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert solver.ask(abs, -3, seconds=5.0) == 3
+    process = solver._process
+    assert process is not None
+    monkeypatch.setattr(solver_process, "_receive", lambda *_: b"")
+    with pytest.raises(NoAnswerError, match=r"^no answer within 5 s$"):
+        solver.ask(abs, -4, seconds=5.0)
+    assert process.returncode == -signal.SIGKILL
+
+
+def test_after_a_fork_the_process_and_the_lock_are_the_parents(solver: SolverProcess) -> None:
+    assert solver.ask(abs, -3, seconds=5.0) == 3
+    process, lock = solver._process, solver._lock
+    assert process is not None
+    with lock:  # of a thread that the child does not have
+        solver._leave_to_parent()
+        assert solver.ask(abs, -4, seconds=5.0) == 4
+        assert solver._process is not process
+        assert process.poll() is None
+    process.kill()
+    process.communicate()
+
+
+def test_a_session_has_the_budget_and_its_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    limits: dict[str, object] = {}
+    monkeypatch.setattr(z3.Solver, "set", lambda solver, name, value: limits.update({name: value}))
+    answer = solver_process._solve_in_session("a session", (X, Y), (), product_above(3), 2.5)
+    assert answer is not None
+    assert answer.result is SatResult.SAT
+    assert limits == {"random_seed": 0, "rlimit": DEFAULT_RLIMIT, "timeout": 2500}
+    assert solver_process._solve_in_session("another", None, (), t.TRUE, 2.5) is None
