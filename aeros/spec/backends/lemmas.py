@@ -217,7 +217,7 @@ def _linear(term: t.Term) -> _Linear | None:
     """Return the coefficients of a linear expression; None for another."""
     match term:
         case t.Literal(value=Fraction() as value):
-            return {"": value} if value else {}
+            return {"": value}
         case t.Variable(name=name):
             return {name: Fraction(1)}
         case t.Add(left=left, right=right):

@@ -99,6 +99,12 @@ def test_the_unknown_decides_only_conditions_that_do_not_depend_on_it() -> None:
     assert over("(if on then x <= 1 else x <= 0)", on=None, x=between(1, 1)) is None
 
 
+def test_a_number_of_which_nothing_is_known_is_compared_with_nothing_known() -> None:
+    for text in ("x <= 1", "1 < x", "x == y", "(if on then x else y) <= 1", "(if on then y else x) <= 1"):
+        assert over(text, x=None, y=between(0, 1), on=None) is None
+    assert over("(if on then y else x) <= 1", x=None, y=between(0, 1), on=True) is True
+
+
 NUMBERS = st.recursive(
     st.sampled_from(["x", "y", "-2", "-1", "0", "1", "2"]),
     lambda part: st.one_of(

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aeros.spec.backends import lemmas
 from aeros.spec.backends.lemmas import MAX_LEMMAS, lemmas_for, rational_root, relating_lemmas
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import values_by_scalar
@@ -80,6 +82,17 @@ def test_bounds_of_an_expression_are_true_and_one_of_them_is_an_equation_at_each
     for point in POINTS:
         assert all(is_true(one, point) for one in lemmas)
         assert any(evaluate(_left(one), point) == evaluate(_right(one), point) for one in lemmas)
+
+
+@pytest.mark.parametrize("write", [lemmas_for, relating_lemmas])
+def test_there_is_a_limit_to_the_number_of_lemmas(
+    write: Callable[[list[t.Term]], list[t.Term]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = terms_of("x * y <= 4 m*m")
+    whole = write(asked)
+    assert len(whole) == 6
+    monkeypatch.setattr(lemmas, "MAX_LEMMAS", 5)
+    assert write(asked) == whole[:5]
 
 
 def test_there_is_an_end_to_the_lemmas() -> None:
@@ -221,6 +234,8 @@ def test_a_lemma_of_a_count_is_true_everywhere_and_as_sharp_as_can_be(
         ("2 * (x + 1 m)", "x + x + 2 m", True),
         ("2 * (x + 1 m)", "x + 2 m", False),
         ("(x + 1 m) * 3", "3 * x + 3 m", True),
+        ("3 * (2 * x + 4 m)", "6 * x + 12 m", True),
+        ("2 * (3 * x)", "1.5 * x", False),
         ("x * 3", "x * 2", False),
         ("0 * x + y", "y", True),
         ("x + 0 m", "x", True),

@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import pytest
 
+from aeros.spec.backends import trial_points
 from aeros.spec.backends.solver_results import Question
 from aeros.spec.backends.trial_points import MAX_NUMBERS, _values, find_point
 from aeros.spec.expr import terms as t
@@ -46,9 +47,20 @@ def test_without_a_point_among_the_values_that_are_tried_there_is_none() -> None
     assert find_point(question("norm(p) <= 1 m", "distance(p, q) <= 2 m", "norm(q) >= 3.1 m")) is None
 
 
-def test_a_range_that_excludes_0_is_begun_at_its_nearest_end() -> None:
-    asked = question("x <= 10 m")._replace(ranges={"x": (Fraction(4), Fraction(10))})
-    assert find_point(asked) == {"x": Fraction(4)}
+@pytest.mark.parametrize(
+    ("low", "high", "first"), [(4, 10, 4), (-10, -4, -4), (-1, 1, 0), (0, 9, 0), (-9, 0, 0), (None, None, 0)]
+)
+def test_a_range_is_begun_at_0_or_at_its_nearest_end(low: int | None, high: int, first: int) -> None:
+    ranges = {} if low is None else {"x": (Fraction(low), Fraction(high))}
+    assert find_point(question("x <= 10 m")._replace(ranges=ranges)) == {"x": Fraction(first)}
+
+
+def test_the_search_ends_after_so_many_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[object] = []
+    monkeypatch.setattr(trial_points, "is_true", lambda _, point: tried.append(point))
+    monkeypatch.setattr(trial_points, "MAX_POINTS", 5)
+    assert find_point(question("x * y * 2 == 7 m*m")) is None
+    assert len(tried) == 5
 
 
 def test_other_variables_than_real_numbers_are_left_to_the_solver() -> None:

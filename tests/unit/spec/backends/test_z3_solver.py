@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from itertools import product
 from types import SimpleNamespace
@@ -10,6 +11,7 @@ import z3
 
 from aeros.spec.backends import z3_solver
 from aeros.spec.backends.solver_results import SatResult, SolverAnswer, timeout_answer
+from aeros.spec.backends.z3_expressions import Expressions
 from aeros.spec.backends.z3_solver import IncrementalSolver, SolverContext, solver_version
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
@@ -301,3 +303,20 @@ def test_a_whole_number_is_whole_and_in_its_range() -> None:
     assert session.check_sat(two).model == {"laps": Fraction(2)}
     low = IncrementalSolver([laps], {"laps": (Fraction(3), Fraction(9))})
     assert low.check_sat(two).result is SatResult.UNSAT
+
+
+def test_a_term_that_is_asked_about_at_many_values_is_encoded_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+    make = Expressions.conjunction
+
+    def noted(expressions: Expressions, parts: Sequence[Any]) -> Any:
+        made.append(len(parts))
+        return make(expressions, parts)
+
+    monkeypatch.setattr(Expressions, "conjunction", noted)
+    session, term = _session(), t.And((A, _less(X, Y)))
+    for value in range(3):
+        session.check_at_values({"x": Fraction(value)}, term)
+    assert len(made) == 2  # of its parts, and with the assumptions
+    session.assume(_less(Y, _metres(1)))
+    assert session.check_at_values({"x": Fraction(1)}, term).result is SatResult.UNSAT
