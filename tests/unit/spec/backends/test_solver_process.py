@@ -21,7 +21,7 @@ from typing import Any
 import pytest
 import z3
 
-from aeros.spec.backends import solver_process
+from aeros.spec.backends import solver_process, z3_scripts
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
 from aeros.spec.backends.solver_process import SOLVER_PROCESS, SolverProcess, SolverSession
 from aeros.spec.backends.solver_results import NoAnswerError, Question, SatResult, ScriptAnswer, SolverAnswer
@@ -224,6 +224,13 @@ def test_a_question_is_the_arguments_of_a_solver() -> None:
     answers = solver_process._solve_together([question, other], 1_000_000, 10.0)
     assert [answer and answer.result for answer in answers] == [SatResult.SAT, SatResult.UNSAT]
     assert solver_process._solve_script("(assert false)(check-sat)", 1_000).result is SatResult.UNSAT
+
+
+def test_a_script_is_solved_with_its_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[object] = []
+    monkeypatch.setattr(z3_scripts, "solve_script", lambda *arguments: given.append(arguments))
+    solver_process._solve_script("(check-sat)", 123)
+    assert given == [("(check-sat)", 123)]
 
 
 def test_the_solver_process_solves_what_it_is_asked() -> None:
