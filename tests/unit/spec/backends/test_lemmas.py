@@ -290,7 +290,7 @@ def test_a_product_is_within_its_factor_times_the_bound_of_the_other_and_no_less
 
 @pytest.mark.parametrize("bound", ["abs(y) {} 2 m", "2 m {} abs(y)", "y {} 2 m and -3 m {} y"])
 @pytest.mark.parametrize("op", ["<", "<=", ">=", ">", "=="])
-def test_a_lemma_of_a_product_is_true_whatever_its_premise_says(bound: str, op: str) -> None:
+def test_a_lemma_of_a_product_is_true_for_any_premise(bound: str, op: str) -> None:
     texts = bound.replace("{}", op), "abs(x) <= 4 m", "abs(x) * 7 <= 49 m", "x * y <= 8 m*m", "y * x <= 9 m*m"
     for lemma in relating_lemmas(terms_of(*texts)):
         if isinstance(lemma, t.Implies):
