@@ -195,7 +195,7 @@ def test_each_kind_of_term_has_the_value_of_the_definition() -> None:
         _less(t.Conditional(A, X, Y), t.Conditional(t.Compare("==", M, mode), Y, X)),
     )
     session = _session()
-    for x, y, a, m in product((-2, 1, 3), (-2, 2), (False, True), ("move", "stop")):
+    for x, y, a, m in product((-2, 0.5, 3), (-2, 0.5), (False, True), ("move", "stop")):
         point: dict[str, bool | Fraction | str] = {"x": Fraction(x), "y": Fraction(y), "a": a, "mode": m}
         for term in terms:
             found = session.check_at_values(point, term).result
