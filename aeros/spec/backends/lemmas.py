@@ -123,7 +123,7 @@ def _product_lemmas(parts: Sequence[t.Term], bounds: _Bounds) -> Iterator[t.Term
 def _size_bounds(term: t.Term, bounds: _Bounds) -> Iterator[tuple[t.Term, Fraction]]:
     """Yield conditions with the bound that each puts on the absolute value of an expression."""
     for condition, is_lower, limit in bounds.get(t.Absolute(term), ()):
-        if not is_lower and limit > 0:
+        if not is_lower:
             yield condition, limit
     below = [one for one in bounds.get(term, ()) if one[1]]
     above = [one for one in bounds.get(term, ()) if not one[1]]

@@ -172,7 +172,7 @@ class Oracle:
         """Put the new answers into the store."""
         if self._store is not None and self._new:
             self._store.put(self._new)
-            self._new = {}
+            self._new.clear()  # it is shared with oracles of a smaller budget
 
     def _answer_together(self, questions: Mapping[str, Question]) -> Mapping[str, SolverAnswer]:
         """Answer different questions together; those that have to be asked alone are left out."""

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, Final
 
 import z3
+
+_COMPARISONS: Final = {"<": z3.Z3_mk_lt, "<=": z3.Z3_mk_le, "==": z3.Z3_mk_eq}
 
 
 class Expressions:
@@ -105,8 +107,7 @@ class Expressions:
         Returns:
             The Boolean.
         """
-        make = z3.Z3_mk_lt if op == "<" else z3.Z3_mk_le if op == "<=" else z3.Z3_mk_eq
-        return z3.BoolRef(make(self._ref, left.ast, right.ast), self._context)
+        return z3.BoolRef(_COMPARISONS[op](self._ref, left.ast, right.ast), self._context)
 
     def sum(self, left: Any, right: Any) -> Any:
         """Add two numbers.

@@ -32,8 +32,7 @@ def solve_script(script: str, rlimit: int = DEFAULT_RLIMIT) -> ScriptAnswer:
         outcome = solver.check()
     except z3.Z3Exception as error:
         return ScriptAnswer(SatResult.UNKNOWN, {}, 0, 0, str(error))
-    statistics = solver.statistics()
-    spent = statistics.get_key_value("rlimit count") if "rlimit count" in statistics.keys() else 0  # noqa: SIM118
+    spent = solver.statistics().get_key_value("rlimit count")
     if outcome == z3.unsat:
         return ScriptAnswer(SatResult.UNSAT, {}, len(solver.unsat_core()), spent)
     if outcome == z3.unknown:

@@ -252,7 +252,7 @@ class IncrementalSolver:
             As `check_sat`.
         """
         expand = z3.With(z3.Tactic("simplify", ctx=self._context), som=True)
-        solver = z3.Then(expand, z3.Tactic(tactic, ctx=self._context), ctx=self._context).solver()
+        solver = z3.Then(expand, z3.Tactic(tactic, ctx=self._context)).solver()
         solver.set("rlimit", self._rlimit)
         solver.set("timeout", max(round(1000 * self._seconds), 1))
         solver.add(*self._assumptions, self.encode_all(terms))
@@ -278,7 +278,8 @@ class IncrementalSolver:
         """
         if id(term) not in self._questions:
             encoded = self._shared.encode_once(term, self._encode)
-            self._questions[id(term)] = (term, z3.And(*self._assumptions, encoded, self._context))
+            question = self._shared.expressions.conjunction([*self._assumptions, encoded])
+            self._questions[id(term)] = (term, question)
         replaced = []
         for name, value in values.items():
             scalar, constant = self._constants[name]

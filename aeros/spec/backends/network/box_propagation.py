@@ -173,7 +173,7 @@ def _widened(lower: Sequence[float], upper: Sequence[float], unit: float) -> Bou
 
 
 def _sigmoid(value: float) -> float:
-    return 1.0 / (1.0 + math.exp(-value)) if value > -700.0 else 0.0
+    return 0.5 + 0.5 * math.tanh(0.5 * value)  # as 1 / (1 + exp(-value)), and never overflows
 
 
 _SMOOTH: Final[Mapping[str, Callable[[float], float]]] = {"tanh": math.tanh, "sigmoid": _sigmoid}

@@ -13,6 +13,7 @@ import importlib
 import importlib.util
 import multiprocessing
 from collections.abc import Iterator, Mapping
+from math import copysign, inf
 from multiprocessing.connection import Connection
 from typing import Any, Final
 
@@ -92,7 +93,8 @@ def _search(network: Network, given: Mapping[str, Bounds], then: Target) -> Boun
         for sought in (end - margin, end + margin):
             queries += 1
             query, first = _query(marabou, network, vectors)
-            limit = query.setLowerBound if margin > 0 else query.setUpperBound
+            is_above = copysign(1.0, margin) > 0  # also where the margin is 0
+            limit = query.setLowerBound if is_above else query.setUpperBound
             limit(first[vector] + at, sought)
             options = marabou.Options()
             options._verbosity = 0
@@ -115,7 +117,7 @@ def _violations(
 ) -> Iterator[tuple[str, int, float, float]]:
     """Yield each violation that boxes do not rule out: vector, component, end, and margin.
 
-    The margin is positive for a violation above the end, and negative for one below.
+    The margin has the sign + for a violation above the end, and - for one below, also where it is 0.
     """
     for name, ends in then.items():
         vector = network.outputs[name]
@@ -174,7 +176,7 @@ def _query(marabou: Any, network: Network, vectors: Mapping[str, Bounds]) -> tup
                     at += len(vectors[source][0])
             case Clip(_, source, lower, upper):
                 for i in range(len(vectors[source][0])):
-                    if upper == float("inf") and lower == 0.0:
+                    if (lower, upper) == (0.0, inf):
                         marabou.addReluConstraint(query, first[source] + i, at + i)
                     else:
                         marabou.addClipConstraint(query, first[source] + i, at + i, lower, upper)

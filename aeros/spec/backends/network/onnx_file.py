@@ -6,17 +6,27 @@ Source: onnx/onnx.proto of ONNX 1.23. Field numbers are quoted where they are re
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import isnan, prod
-from typing import Final
+from typing import Final, TypeVar
 
-from aeros.spec.backends.network.protobuf import Message, floats, integers, parts, read_message, texts
+from aeros.spec.backends.network.protobuf import (
+    floats,
+    integer,
+    integers,
+    part,
+    parts,
+    read_message,
+    single_float,
+    text,
+    texts,
+)
 
 _FLOAT: Final = 1
 _INT64: Final = 7
 _DOUBLE: Final = 11
-_EXTERNAL: Final = 1
+_T = TypeVar("_T")
 
 
 class OnnxFileError(ValueError):
@@ -100,60 +110,74 @@ def read_onnx(content: bytes) -> OnnxGraph:
         The graph.
 
     Raises:
-        OnnxFileError: the bytes are no ONNX file, it has no graph, or its numbers are in other files.
+        OnnxFileError: the bytes are no ONNX file, it has no graph, its numbers are in other files, or another
+            reader may give it another meaning.
     """
     try:
-        graphs = parts(read_message(content), 7)  # ModelProto.graph
-        if len(graphs) != 1:
+        model = read_message(content)
+        if not model.get(7):  # ModelProto.graph
             raise OnnxFileError("it holds no graph, so it is no ONNX file")  # noqa: TRY301
-        graph = read_message(graphs[0])
-        constants = dict(_named_tensor(part) for part in parts(graph, 5))  # GraphProto.initializer
-        inputs = dict(_value(part) for part in parts(graph, 11))  # GraphProto.input
+        graph = read_message(part(model, 7))
+        if model.get(25) or graph.get(15):  # ModelProto.functions, GraphProto.sparse_initializer
+            raise OnnxFileError("it holds functions or sparse constants, which no bound is proved of")  # noqa: TRY301
+        constants = _by_name(map(_named_tensor, parts(graph, 5)))  # GraphProto.initializer
+        inputs = _by_name(map(_value, parts(graph, 11)))  # GraphProto.input
         return OnnxGraph(
-            tuple(_node(part) for part in parts(graph, 1)),  # GraphProto.node
+            tuple(map(_node, parts(graph, 1))),  # GraphProto.node
             constants,
             {name: shape for name, shape in inputs.items() if name not in constants},
-            dict(_value(part) for part in parts(graph, 12)),  # GraphProto.output
+            _by_name(map(_value, parts(graph, 12))),  # GraphProto.output
         )
     except OnnxFileError:
         raise
-    except (ValueError, struct.error, IndexError) as error:
+    except (ValueError, struct.error) as error:
         raise OnnxFileError(f"it is no well-formed ONNX file: {error}") from error
+
+
+def _by_name(named: Iterable[tuple[str, _T]]) -> dict[str, _T]:
+    found: dict[str, _T] = {}
+    for name, one in named:
+        if name in found:
+            raise OnnxFileError(f"it defines `{name}` twice")
+        found[name] = one
+    return found
 
 
 def _node(content: bytes) -> Operation:
     node = read_message(content)  # input = 1, output = 2, op_type = 4, attribute = 5, domain = 7
-    domain, operator = "".join(texts(node, 7)), "".join(texts(node, 4))
-    attributes = dict(_attribute(part) for part in parts(node, 5))
+    domain, operator = text(node, 7), text(node, 4)
     name = operator if domain in ("", "ai.onnx") else f"{domain}.{operator}"
+    attributes = _by_name(map(_attribute, parts(node, 5)))
     return Operation(name, tuple(texts(node, 1)), tuple(texts(node, 2)), attributes)
 
 
 def _attribute(content: bytes) -> tuple[str, float | tuple[int, ...] | Tensor]:
     attribute = read_message(content)  # name = 1, f = 2, i = 3, t = 5, ints = 8
-    name = "".join(texts(attribute, 1))
-    if attribute.get(5):
-        return name, _named_tensor(parts(attribute, 5)[0])[1]
-    if attribute.get(2):
-        return name, floats(attribute, 2)[0]
-    if attribute.get(3):
-        return name, float(integers(attribute, 3)[0])
+    name = text(attribute, 1)
+    if sum(number in attribute for number in (2, 3, 5, 8)) > 1:
+        raise OnnxFileError(f"the attribute `{name}` has values of several types")
+    if 5 in attribute:
+        return name, _named_tensor(part(attribute, 5))[1]
+    if 2 in attribute:
+        return name, single_float(attribute, 2)
+    if 3 in attribute:
+        return name, float(integer(attribute, 3))
     return name, tuple(integers(attribute, 8))
 
 
 def _named_tensor(content: bytes) -> tuple[str, Tensor]:
     # dims = 1, data_type = 2, float_data = 4, int64_data = 7, name = 8, raw_data = 9, double_data = 10,
-    # data_location = 14
+    # data_location = 14, which is 0 for the file itself
     tensor = read_message(content)
-    name, shape = "".join(texts(tensor, 8)), tuple(integers(tensor, 1))
-    type_ = integers(tensor, 2)[0]
-    if _EXTERNAL in integers(tensor, 14):
+    name, shape = text(tensor, 8), tuple(integers(tensor, 1))
+    type_ = integer(tensor, 2)
+    if integer(tensor, 14):
         raise OnnxFileError(f"the numbers of `{name}` are in another file, which no certificate covers")
     code = {_FLOAT: "f", _INT64: "q", _DOUBLE: "d"}.get(type_)
     if code is None:
         return name, Tensor(shape, ())  # of a type that no bound is proved of
-    if tensor.get(9):
-        raw = parts(tensor, 9)[0]
+    if 9 in tensor:
+        raw = part(tensor, 9)
         numbers = tuple(map(float, struct.unpack(f"<{len(raw) // struct.calcsize(code)}{code}", raw)))
     elif type_ == _INT64:
         numbers = tuple(map(float, integers(tensor, 7)))
@@ -168,15 +192,7 @@ def _named_tensor(content: bytes) -> tuple[str, Tensor]:
 
 def _value(content: bytes) -> tuple[str, ValueShape]:
     value = read_message(content)  # name = 1, type = 2
-    name = "".join(texts(value, 1))
-    tensor = _first(_first(value, 2), 1)  # TypeProto.tensor_type
-    dimensions = [read_message(part) for part in parts(_first(tensor, 2), 1)]  # TensorShapeProto.dim
-    sizes = (integers(one, 1) for one in dimensions)  # dim_value
-    return name, ValueShape(
-        (integers(tensor, 1) or [0])[0], tuple(found[0] if found else None for found in sizes)
-    )
-
-
-def _first(message: Message, field: int) -> Message:
-    found = parts(message, field)
-    return read_message(found[0]) if found else {}
+    tensor = read_message(part(read_message(part(value, 2)), 1))  # TypeProto.tensor_type
+    dimensions = map(read_message, parts(read_message(part(tensor, 2)), 1))  # TensorShapeProto.dim
+    sizes = (integer(one, 1) if 1 in one else None for one in dimensions)  # dim_value
+    return text(value, 1), ValueShape(integer(tensor, 1), tuple(sizes))

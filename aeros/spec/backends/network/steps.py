@@ -193,6 +193,9 @@ class _Translator:
             raise UnsupportedNetworkError(
                 f"it has the operator `{node.operator}`; bounds are proved of {', '.join(_HANDLERS)}"
             )
+        (output,) = node.outputs
+        if output in self.size or output in self._constants:
+            raise UnsupportedNetworkError(f"it defines `{output}` twice")
         handler(self, node)
 
     def _vector(self, name: str) -> str:
@@ -207,8 +210,9 @@ class _Translator:
         return name
 
     def _constant(self, node: Operation, position: int) -> Tensor | None:
-        name = node.inputs[position] if position < len(node.inputs) else ""
-        return self._constants.get(name)
+        if position >= len(node.inputs) or not node.inputs[position]:
+            return None  # left out, and no constant without a name
+        return self._constants.get(node.inputs[position])
 
     def _add(self, node: Operation, step: Step, size: int) -> None:
         self.steps.append(step)

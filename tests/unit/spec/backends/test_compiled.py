@@ -1,8 +1,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from itertools import product
 from typing import cast
 
 import pytest
@@ -20,7 +22,7 @@ from aeros.spec.expr.random_conditions import (
     to_scalars,
     vocabulary_ranges,
 )
-from aeros.spec.expr.random_terms import VARIABLES
+from aeros.spec.expr.random_terms import MODE, VARIABLES
 from aeros.spec.expr.semantics import evaluate, is_true
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
@@ -297,3 +299,118 @@ def test_every_thirtieth_level_of_a_term_is_a_function(height: int) -> None:
     assert together.argument_names == ("x", "y")
     assert together.evaluate(0.5, 1.0) == (0.5 + height - 1 <= 100, 0.5 + height - 1 > 100)
     assert all(f"{part}(x, y)" in code for part in parts[-1:] if (height + 1) % 30 == 0)
+
+
+UNIT = Fraction(1, 2**53)
+_W = t.Add(t.Add(X, Y), Z)
+_TINY = _constant("7e-324")  # is rounded to the least double, 4.9e-324
+
+
+def _bounds_of(term: t.Term, ranges: Mapping[str, tuple[Fraction, Fraction]]) -> compiled._RealCode:
+    return compiled._CodeGenerator(ranges, {name: name for name in "xyz"})._real(term)
+
+
+@pytest.mark.parametrize(
+    ("term", "magnitude", "error"),
+    [
+        (X, 1, 0),
+        (_constant("1/3"), Fraction(1, 3), Fraction(1, 6)),
+        (_SUM, 2, 2),
+        (_W, 3, 2 + 3),
+        (t.Add(_SUM, t.Add(Y, Z)), 4, 2 + 2 + 4),
+        (t.Multiply(X, Y), 1, 1),
+        (t.Multiply(_SUM, Z), 2, 2 + 2),
+        (t.Multiply(_SUM, _W), 6, 2 * 5 + 3 * 2 + 6),
+        (t.Extremum("max", _SUM, _W), 3, 5),
+        (t.Conditional(t.Compare("<", X, Y), _SUM, X), 2, 2),
+        (t.Absolute(_SUM), 2, 2),
+    ],
+)
+def test_errors_are_carried_on_and_each_operation_adds_its_own(
+    term: t.Term, magnitude: Fraction | int, error: Fraction | int
+) -> None:
+    """For variables up to 2^20: each operation rounds by at most half of a unit of its result."""
+    size = 2**20
+    real = _bounds_of(term, _unit_ranges(Fraction(size)))
+    degree = 0 if isinstance(term, t.Literal) else 2 if isinstance(term, t.Multiply) else 1
+    assert float(real.magnitude) == pytest.approx(float(magnitude * size**degree))
+    assert float(real.error / UNIT) == pytest.approx(float(error * size**degree))
+
+
+@pytest.mark.parametrize(
+    ("term", "values"),
+    [
+        (_SUM, {"x": 1.0, "y": 2.0**-53 + 2.0**-80}),  # rounded up
+        (t.Multiply(X, Y), {"x": 1.5, "y": 1 + 2.0**-52}),  # rounded up
+        (t.Multiply(X, Y), {"x": 1.6e-162, "y": 1.6e-162}),  # rounded up to the least double
+        (t.Multiply(t.Multiply(_TINY, X), t.Multiply(_TINY, Y)), {"x": 1e300, "y": 1e300}),
+        (t.Add(t.Multiply(_TINY, X), t.Multiply(_TINY, Y)), {"x": 1e300, "y": 1e300}),
+        (t.Multiply(_TINY, X), {"x": 1e300}),
+    ],
+)
+def test_bounds_hold_at_the_ends_of_the_ranges_where_rounding_is_worst(
+    term: t.Term, values: dict[str, float]
+) -> None:
+    sizes = {name: Fraction(value) for name, value in values.items()}
+    ranges = {name: (-size, size) for name, size in sizes.items()}
+    real = _bounds_of(term, ranges)
+    for signs in product((1, -1), repeat=len(values)):
+        point = {name: sign * value for sign, (name, value) in zip(signs, values.items(), strict=True)}
+        computed = Fraction(eval(real.code, dict(point)))  # noqa: S307
+        exact = cast("Fraction", evaluate(term, {name: Fraction(value) for name, value in point.items()}))
+        assert abs(computed - exact) <= real.error
+        assert abs(computed) <= real.magnitude <= real.peak
+
+
+@pytest.mark.parametrize("op", ["<", "<=", "=="])
+@pytest.mark.parametrize(
+    ("left", "right", "units"),
+    [
+        (_SUM, Z, 2 + 3),
+        (Z, _SUM, 2 + 3),
+        (_SUM, t.Add(Y, Z), 2 + 2 + 4),
+        (_W, t.Multiply(_constant(1), _SUM), 5 + 4 + 5),
+    ],
+)
+def test_the_band_is_the_error_of_both_sides_and_of_their_difference(
+    op: str, left: t.Term, right: t.Term, units: int
+) -> None:
+    ranges = _unit_ranges(Fraction(2**20))
+    term = t.Compare(op, left, right)  # type: ignore[arg-type]
+    (code,), _ = compiled.inline_conditions([term], ranges, {name: name for name in "xyz"})
+    bands = {abs(float(one)) for one in re.findall(r"<=? -?([0-9.e-]+)", code)}
+    assert [band / 2.0**-53 / 2.0**20 for band in bands] == pytest.approx([units])
+
+
+def test_the_greatest_number_that_may_be_subtracted_is_a_constant_like_others() -> None:
+    at_it = _bounds_of(_constant(compiled._LARGEST), {})
+    assert at_it.code == f"({float(compiled._LARGEST)!r})"
+    assert at_it.error < at_it.peak * UNIT
+    beyond = _bounds_of(_constant(compiled._LARGEST + 1), {})
+    assert (beyond.error, beyond.peak) == (compiled._LARGEST + 1, compiled._LARGEST + 1)
+
+
+def test_an_exact_decision_reads_truths_and_members_too() -> None:
+    """The value is in the band, where what is chosen depends on a Boolean and on an enumeration."""
+    mode, a = VARIABLES["mode"], VARIABLES["a"]
+    stop = t.Literal("stop", MODE)
+    chosen = t.Conditional(t.And((a, t.Compare("==", mode, stop))), _SUM, _constant(0))
+    decide = compiled.compile_condition(t.Compare("==", chosen, Z), _unit_ranges())
+    for truth, member, held in ((True, "stop", True), (False, "stop", False), (True, "idle", False)):
+        assert decide({"a": truth, "mode": member, "x": 0.25, "y": 0.5, "z": 0.75}) is held
+
+
+def test_the_height_of_a_part_is_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    total: t.Term = X
+    for _ in range(10):
+        total = t.Add(total, total)
+    seen: list[t.Term] = []
+    children = t.children
+
+    def noted(term: t.Term) -> Iterator[t.Term]:
+        seen.append(term)
+        return children(term)
+
+    monkeypatch.setattr(t, "children", noted)
+    assert compiled._CodeGenerator({})._height(total) == 11
+    assert len(seen) == 11

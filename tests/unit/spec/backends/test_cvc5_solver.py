@@ -45,7 +45,7 @@ def test_each_assertion_is_evaluated_at_each_point() -> None:
 
 
 def test_text_that_cannot_be_read_is_not_evaluated() -> None:
-    with pytest.raises(NoAnswerError):
+    with pytest.raises(NoAnswerError, match="Expected SMT-LIBv2 term"):
         truths_at("(assert", [])
 
 

@@ -64,6 +64,20 @@ def between(low: float, high: float) -> Interval:
         ("x <= 1 or y >= 1", (0, 1), (0, 9), True),
         ("x <= 1 implies y >= 10", (0, 1), (0, 9), False),
         ("not x <= 1", (2, 3), (0, 0), True),
+        ("x >= 0 and y >= 0", (0, 1), (0, 9), True),
+        ("x >= 0 and y >= 1", (0, 1), (0, 9), None),
+        ("x >= 2 or y >= 1", (0, 1), (0, 9), None),
+        ("x >= 2 or y >= 10", (0, 1), (0, 9), False),
+        ("min(x, y) >= 1", (1, 2), (1, 9), True),
+        ("max(x, y) >= 2", (0, 1), (2, 9), True),
+        ("max(x, y) <= 9", (0, 1), (2, 9), True),
+        ("abs(x) >= 1", (1, 2), (0, 0), True),
+        ("abs(x) >= 0", (-2, 2), (0, 0), True),
+        ("x * x >= 1", (1, 2), (0, 0), True),
+        ("x * y >= 0", (-1, 1), (0, 2), None),
+        ("x == y", (1, 1), (2, 2), False),
+        ("(if x <= 1 then 2 else y) >= 2", (0, 1), (0, 1), True),
+        ("(if x <= 1 then 2 else y) >= 2", (2, 3), (0, 1), False),
     ],
 )
 def test_it_is_decided_where_all_points_agree(
@@ -78,6 +92,17 @@ def test_the_unknown_decides_only_conditions_that_do_not_depend_on_it() -> None:
     assert over("thing == cup", thing="lid") is False
     assert over("on or x <= 1", on=None, x=between(0, 1)) is True
     assert over("(if on then thing == cup else thing == lid) or not on", on=None, thing="cup") is None
+    assert over("(if on then thing else cup) == cup", on=None, thing="cup") is True
+    assert over("(if on then thing else cup) == cup", on=None, thing="lid") is None
+    assert over("(if on then x else 5) >= 4", on=None, x=between(4, 6)) is True
+    assert over("(if on then x <= 1 else x <= 2)", on=None, x=between(0, 1)) is True
+    assert over("(if on then x <= 1 else x <= 0)", on=None, x=between(1, 1)) is None
+
+
+def test_a_number_of_which_nothing_is_known_is_compared_with_nothing_known() -> None:
+    for text in ("x <= 1", "1 < x", "x == y", "(if on then x else y) <= 1", "(if on then y else x) <= 1"):
+        assert over(text, x=None, y=between(0, 1), on=None) is None
+    assert over("(if on then y else x) <= 1", x=None, y=between(0, 1), on=True) is True
 
 
 NUMBERS = st.recursive(

@@ -3,7 +3,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing
 from fractions import Fraction
 from pathlib import Path
@@ -131,9 +131,11 @@ def test_a_group_is_found_in_the_store_and_another_group_is_asked(
     open_store: Callable[[], AnswerStore], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = Oracle(store=open_store())
+    alone = first.check_sat([X], RANGES, [_above(Fraction(7))])
     answers = first.check_together(_posed(3, 11))
     first.save_answers()
     _forbid_solving(monkeypatch)
+    assert Oracle(store=open_store()).check_sat([X], RANGES, [_above(Fraction(7))]) == alone
     assert Oracle(store=open_store()).check_together(_posed(3, 11)) == answers
     with pytest.raises(AssertionError, match="was asked"):
         Oracle(store=open_store()).check_together(_posed(3, 9))
@@ -142,7 +144,45 @@ def test_a_group_is_found_in_the_store_and_another_group_is_asked(
 def test_after_too_many_timeouts_no_group_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     _forbid_solving(monkeypatch)
     answers = Oracle(max_timeouts=0).check_together(_posed(3, 11))
-    assert [one.reason for one in answers] == ["not asked, as 0 questions had no answer within 10 s"] * 2
+    unasked = SolverAnswer(SatResult.UNKNOWN, {}, "not asked, as 0 questions had no answer within 10 s")
+    assert answers == [unasked] * 2
+    assert Oracle(max_timeouts=0).with_reduced_budget(2).check_together(_posed(3, 11)) == [unasked] * 2
+
+
+def test_a_smaller_budget_is_at_least_1_and_shares_what_is_known_and_recorded(
+    open_store: Callable[[], AnswerStore], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = Oracle(1000, open_store(), recording=True)
+    reduced = first.with_reduced_budget(300)
+    assert (reduced.rlimit, first.with_reduced_budget(5000).rlimit) == (3, 1)
+    monkeypatch.setattr(SolverProcess, "check_sat", lambda *_: SAT)
+    for bound in (3, 4):
+        reduced.check_sat([X], RANGES, [_above(Fraction(bound))], f"repair {bound}")
+        first.save_answers()
+    assert [one.description for one in first.asked.values()] == ["repair 3", "repair 4"]
+    _forbid_solving(monkeypatch)
+    again = Oracle(1000, open_store()).with_reduced_budget(300)
+    for bound in (3, 4):
+        assert again.check_sat([X], RANGES, [_above(Fraction(bound))]) == SAT
+    assert again.asked == {}
+
+
+def test_a_term_that_questions_share_is_hashed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    hashed: list[str] = []
+    find = oracle_module._hash
+
+    def noted(text: str) -> str:
+        hashed.append(text)
+        return find(text)
+
+    monkeypatch.setattr(oracle_module, "_hash", noted)
+    monkeypatch.setattr(SolverProcess, "check_sat", lambda *_: SAT)
+    oracle, shared = Oracle(), t.And((_above(Fraction(3)), B))
+    for other in (t.TRUE, t.FALSE, B):
+        oracle.check_sat([X, B], RANGES, [shared, t.Or((t.Not(shared), other))])
+    for term in (X, B, shared.operands[0], t.TRUE, t.FALSE):
+        assert hashed.count(repr(term)) == 1, term
+    assert not any(repr(shared) in text for text in hashed), "only parts of it are written"
 
 
 @pytest.fixture
@@ -298,13 +338,13 @@ def test_answers_belong_to_the_solver_and_to_the_code_that_gives_terms_their_mea
 
 def test_the_answers_of_a_group_are_asked_for_once_and_recorded(monkeypatch: pytest.MonkeyPatch) -> None:
     oracle = Oracle(recording=True)
-    posed = _posed(3, 11)
+    posed = _posed(3, 11, 5)
     unsat = SolverAnswer(SatResult.UNSAT, {})
     groups: list[object] = []
 
     def answer(_: object, questions: object, rlimit: int, seconds: float) -> list[SolverAnswer | None]:
         groups.append((questions, rlimit, seconds))
-        return [None, unsat]
+        return [None, unsat, SAT]
 
     monkeypatch.setattr(SolverProcess, "check_together", answer)
 
@@ -315,14 +355,64 @@ def test_the_answers_of_a_group_are_asked_for_once_and_recorded(monkeypatch: pyt
     monkeypatch.setattr(SolverProcess, "check_sat", answer_alone)
     alone: list[object] = []
     for _ in range(2):
-        assert oracle.check_together(posed) == [SAT, unsat]
+        assert oracle.check_together(posed) == [SAT, unsat, SAT]
     assert alone == [(posed[0].question.terms)]
     assert len(groups) == 2  # as one question was left open
     assert groups[0] == ([one.question for one in posed], oracle.rlimit, oracle._seconds)
     assert [(one.description, one.question, one.answer) for one in oracle.asked.values()] == [
         ("a claim", posed[0].question, SAT),
         ("a claim", posed[1].question, unsat),
+        ("a claim", posed[2].question, SAT),
     ]
+
+
+def test_only_models_that_are_shown_are_asked_for_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    unsat, own = SolverAnswer(SatResult.UNSAT, {}), SolverAnswer(SatResult.SAT, {"x": Fraction(7)})
+    posed = [*_posed(3, 11, is_shown=True), *_posed(5)]
+    monkeypatch.setattr(SolverProcess, "check_together", lambda *_: [SAT, unsat, SAT])
+    alone: list[object] = []
+
+    def answer_alone(*given: object) -> SolverAnswer:
+        alone.append(given[3])
+        return own
+
+    monkeypatch.setattr(SolverProcess, "check_sat", answer_alone)
+    oracle = Oracle()
+    assert oracle.check_together(posed) == [own, unsat, SAT]
+    assert alone == [posed[0].question.terms]
+    oracle.save_answers()  # without a store, nothing happens
+
+
+def test_one_question_alone_is_no_group(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SolverProcess, "check_together", lambda *_: pytest.fail("a group of one"))
+    answers = Oracle().check_together(_posed(3, 3))
+    assert [one.result for one in answers] == [SatResult.SAT] * 2
+    assert Oracle().check_together([]) == []
+
+
+def test_a_question_is_known_by_what_it_says_and_not_by_its_objects(monkeypatch: pytest.MonkeyPatch) -> None:
+    oracle = Oracle()
+    parts = _above(Fraction(3)), B
+    shapes: list[Callable[[], t.Term]] = [
+        lambda: t.And(tuple(parts)),
+        lambda: t.Or(tuple(parts)),
+        lambda: t.And(tuple(reversed(parts))),
+        lambda: t.Not(t.And(tuple(parts))),
+        lambda: t.Not(parts[1]),
+        lambda: t.And((t.Or(tuple(parts)),)),
+        lambda: parts[0],
+    ]
+    asked: list[t.Term] = []
+
+    def answer(_: object, __: object, ___: object, terms: Sequence[t.Term], *____: object) -> SolverAnswer:
+        asked.extend(terms)
+        return SAT
+
+    monkeypatch.setattr(SolverProcess, "check_sat", answer)
+    for _ in range(2):
+        for make in shapes:
+            oracle.check_sat([X, B], RANGES, [make()])
+    assert asked == [make() for make in shapes]
 
 
 def test_a_group_has_an_answer_for_each_question(monkeypatch: pytest.MonkeyPatch) -> None:

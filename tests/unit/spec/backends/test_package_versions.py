@@ -46,5 +46,10 @@ def test_a_package_that_is_not_installed_has_no_version() -> None:
         package_version("made-up", "made_up_nowhere")
 
 
-def test_the_version_of_z3_is_that_of_its_distribution() -> None:
-    assert z3_version() == importlib.metadata.version("z3-solver")
+def test_the_version_of_z3_is_that_of_its_distribution_and_is_read_without_the_metadata(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    expected = importlib.metadata.version("z3-solver")
+    monkeypatch.setattr(importlib.metadata, "version", lambda name: pytest.fail(f"the metadata of {name}"))
+    package_version.cache_clear()
+    assert z3_version() == expected

@@ -1,7 +1,9 @@
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -10,6 +12,7 @@ from aeros.spec.backends.portfolio import decide
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
 from aeros.spec.backends.solver_results import Question, SatResult, SolverAnswer, timeout_answer
 from aeros.spec.backends.violation_search import SearchResult
+from aeros.spec.backends.z3_solver import IncrementalSolver
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.random_terms import VARIABLES
@@ -76,3 +79,48 @@ def test_a_way_that_is_out_of_time_leaves_time_for_the_others(monkeypatch: pytes
     assert decide(question("x > 1 m"), 1, 10.0) == decided
     monkeypatch.setattr(portfolio, "_WAYS", (lambda *_: late, lambda *_: _UNKNOWN))
     assert decide(question("x > 1 m"), 1, 10.0) == timeout_answer(10.0)
+
+
+def test_each_way_has_two_fifths_of_the_time_or_what_is_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock, limits = [100.0], []
+
+    class Noted(IncrementalSolver):
+        def __init__(self, *given: Any, seconds: float) -> None:
+            limits.append(seconds)
+            super().__init__(*given, seconds=seconds)
+
+    def slow(*_: object) -> SolverAnswer:
+        clock[0] += 4.75
+        return _UNKNOWN
+
+    monkeypatch.setattr(portfolio, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(portfolio, "IncrementalSolver", Noted)
+    monkeypatch.setattr(portfolio, "_WAYS", (slow,) * 9)
+    assert decide(question("x > 1 m"), 1, 10.0) == _UNKNOWN
+    assert limits == [4.0, 4.0, 0.5]
+    monkeypatch.setattr(portfolio, "_WAYS", ())
+    assert decide(question("x > 1 m"), 1, 10.0) == timeout_answer(10.0)
+    monkeypatch.setattr(portfolio, "_WAYS", (slow,))
+    assert decide(question("x > 1 m"), 1, 0.0) == timeout_answer(0.0)
+
+
+def test_ways_use_the_ranges_the_lemmas_and_the_tactic_that_they_are_named_after(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked, lemma, given = question("x * y <= 4 m*m"), t.TRUE, []
+
+    def lemmas(terms: object, ranges: object) -> list[t.Term]:
+        assert (terms, ranges) == (asked.terms, asked.ranges)
+        return [lemma]
+
+    def noted(_: object, terms: Sequence[t.Term], tactic: str = "default") -> SolverAnswer:
+        given.append((list(terms), tactic))
+        return _UNKNOWN
+
+    monkeypatch.setattr(portfolio, "lemmas_for", lemmas)
+    monkeypatch.setattr(IncrementalSolver, "check_simplified", noted)
+    for way in (portfolio._with_lemmas, portfolio._by_cells):
+        assert alone(way, asked) == _UNKNOWN
+    assert given == [([*asked.terms, lemma], "default"), (list(asked.terms), "qfnra-nlsat")]

@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import pytest
 
+from aeros.spec.backends import smtlib
 from aeros.spec.backends.smtlib import add_points, literal, question_script, split_points
 from aeros.spec.backends.solver_results import Question, ScalarValue
 from aeros.spec.expr import terms as t
@@ -18,7 +19,10 @@ P, Q = (t.Variable(name, VectorType(LENGTH), _STATE) for name in "pq")
 LAPS = t.Variable("laps", IntegerType(), _STATE)
 MODE = t.Variable("mode", _MODE, _STATE)
 READY = t.Variable("ready", FamilyType(_MODE, BOOL), _STATE)
+A = t.Variable("a", BOOL, _STATE)
+COUNTS = t.Variable("counts", FamilyType(_MODE, IntegerType()), _STATE)
 INDEX = t.BoundVariable("m", _MODE)
+NOBODY, ALONE = (t.BoundVariable("i", EnumType(*of)) for of in (("None", ()), ("One", ("only",))))
 TABLE = t.ConstantTable("limit", FamilyType(_MODE, _METRES), (Fraction(1, 2), Fraction(2)))
 
 
@@ -72,6 +76,28 @@ def test_a_constant_family_is_defined_though_no_variable_has_it() -> None:
     assert lines[-2] == "(assert (< |x| (|limit| |Mode/stop|)))"
 
 
+def test_a_family_of_whole_numbers_is_a_function_to_the_reals() -> None:
+    lines = lines_of(t.Compare("<", X, t.Select(COUNTS, MODE)))
+    assert "(declare-const |counts[stop]| Int)" in lines
+    values = "(to_real |counts[idle]|) (to_real |counts[stop]|)"
+    assert f"(define-fun |counts| ((index |Mode|)) Real (ite (= index |Mode/idle|) {values}))" in lines
+
+
+@pytest.mark.parametrize(
+    "term",
+    [
+        t.Compare("==", MODE, MODE),
+        t.Compare("==", t.Literal("idle", _MODE), t.Literal("stop", _MODE)),
+        t.Quantified("all", INDEX, A),
+        t.Select(READY, t.Literal("idle", _MODE)),
+        t.Compare("<", X, t.Select(TABLE, INDEX)),
+    ],
+)
+def test_each_enumeration_is_declared_once_wherever_it_is_used(term: t.Term) -> None:
+    declared = [line for line in lines_of(term) if line.startswith("(declare-datatype")]
+    assert declared == ["(declare-datatype |Mode| ((|Mode/idle|) (|Mode/stop|)))"]
+
+
 _READY_M = t.Select(READY, INDEX)
 
 
@@ -90,6 +116,24 @@ _READY_M = t.Select(READY, INDEX)
         (t.Compare("<", t.Extremum("max", X, Y), Y), "(< (let ((a |x|) (b |y|)) (ite (> a b) a b)) |y|)"),
         (t.Compare("==", P, Q), "(and (= |p.x| |q.x|) (= |p.y| |q.y|) (= |p.z| |q.z|))"),
         (
+            t.Compare("==", t.Add(P, Q), P),
+            "(and (= (+ |p.x| |q.x|) |p.x|) (= (+ |p.y| |q.y|) |p.y|) (= (+ |p.z| |q.z|) |p.z|))",
+        ),
+        (
+            t.Compare("==", t.Multiply(X, P), P),
+            "(and (= (* |x| |p.x|) |p.x|) (= (* |x| |p.y|) |p.y|) (= (* |x| |p.z|) |p.z|))",
+        ),
+        (
+            t.Compare("==", t.Conditional(A, P, Q), t.Vector(X, Y, X)),
+            "(and (= (ite |a| |p.x| |q.x|) |x|) (= (ite |a| |p.y| |q.y|) |y|) (= (ite |a| |p.z| |q.z|) |x|))",
+        ),
+        (
+            t.Compare("==", t.Vector(X, Y, X), P),
+            "(and (= |x| |p.x|) (= |y| |p.y|) (= |x| |p.z|))",
+        ),
+        (t.Compare("==", t.Add(X, Y), t.Multiply(X, Y)), "(= (+ |x| |y|) (* |x| |y|))"),
+        (t.Compare("==", t.Conditional(A, X, Y), Y), "(= (ite |a| |x| |y|) |y|)"),
+        (
             t.Compare("<", t.Component(t.Conditional(t.TRUE, t.Add(P, Q), t.Multiply(X, P)), 2), Y),
             "(< (ite true (+ |p.z| |q.z|) (* |x| |p.z|)) |y|)",
         ),
@@ -102,6 +146,12 @@ _READY_M = t.Select(READY, INDEX)
             t.Quantified("any", INDEX, _READY_M),
             "(or (let ((|m| |Mode/idle|)) (|ready| |m|)) (let ((|m| |Mode/stop|)) (|ready| |m|)))",
         ),
+        (t.Quantified("all", NOBODY, A), "true"),
+        (t.Quantified("any", NOBODY, A), "false"),
+        (t.Quantified("any", ALONE, A), "(let ((|i| |One/only|)) |a|)"),
+        (t.Compare("<", X, t.Aggregate("sum", NOBODY, Y)), "(< |x| 0.0)"),
+        (t.Compare("<", X, t.Aggregate("count", NOBODY, A)), "(< |x| 0.0)"),
+        (t.Compare("<", X, t.Aggregate("sum", ALONE, Y)), "(< |x| (let ((|i| |One/only|)) |y|))"),
         (
             t.Compare("<", X, t.Aggregate("sum", INDEX, Y)),
             "(< |x| (+ (let ((|m| |Mode/idle|)) |y|) (let ((|m| |Mode/stop|)) |y|)))",
@@ -166,3 +216,20 @@ def test_a_table_needs_a_value_for_each_member() -> None:
                     "<=", t.Select(table, t.Literal("i", index)), t.Select(table, t.Literal("j", index))
                 )
             )
+
+
+def test_a_vector_that_many_conditions_read_is_written_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[t.Term] = []
+    write = smtlib._Script._components
+
+    def noted(script: smtlib._Script, term: t.Term) -> tuple[str, str, str]:
+        written.append(term)
+        return write(script, term)
+
+    monkeypatch.setattr(smtlib._Script, "_components", noted)
+    total, double = t.Add(P, Q), t.Multiply(t.Literal(Fraction(2), _METRES), P)
+    terms = [t.Compare("<", t.Component(one, axis), X) for one in (total, double, total) for axis in (0, 2)]
+    text = question_script(Question([P, Q, X], {}, terms))
+    assert [id(one) for one in written] == [id(one) for one in (total, P, Q, double)]
+    assert text.count("(assert (< (+ |p.x| |q.x|) |x|))") == 2
+    assert text.count("(assert (< (* 2.0 |p.z|) |x|))") == 1

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import atexit
 import io
+import json
 import os
 import pickle
 import resource
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from fractions import Fraction
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
+import z3
 
-from aeros.spec.backends import solver_process
+from aeros.spec.backends import solver_process, z3_scripts
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
 from aeros.spec.backends.solver_process import SOLVER_PROCESS, SolverProcess, SolverSession
 from aeros.spec.backends.solver_results import NoAnswerError, Question, SatResult, ScriptAnswer, SolverAnswer
 from aeros.spec.expr import terms as t
@@ -82,7 +88,7 @@ def test_a_solver_that_ends_by_itself_leaves_the_question_undecided(solver: Solv
     with pytest.raises(NoAnswerError, match=r"^the solver's process has ended \(7\)$"):
         solver.ask(os._exit, 7, seconds=5.0)
     found = SolverProcess(SILENT).check_sat([X], RANGES, [], 1, 5.0)
-    assert (found.result, found.reason) == (SatResult.UNKNOWN, "the solver does not start")
+    assert found == SolverAnswer(SatResult.UNKNOWN, {}, "the solver does not start")
 
 
 def test_a_solver_that_takes_all_memory_leaves_the_question_undecided(solver: SolverProcess) -> None:
@@ -96,7 +102,7 @@ def test_a_question_that_is_nested_too_deeply_is_undecided(solver: SolverProcess
     for _ in range(100_000):
         term = t.Not(term)
     found = solver.check_sat([X, Y], RANGES, [term], 1_000_000, 5.0)
-    assert (found.result, found.reason) == (SatResult.UNKNOWN, "the question is nested too deeply")
+    assert found == SolverAnswer(SatResult.UNKNOWN, {}, "the question is nested too deeply")
 
 
 def test_a_child_of_a_fork_asks_a_process_of_its_own(solver: SolverProcess) -> None:
@@ -131,7 +137,7 @@ def test_a_question_of_a_session_has_a_time_limit(monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr(SolverProcess, "ask", late)
     found = SolverSession([X], seconds=2.5).check_sat(t.TRUE)
-    assert (found.result, found.reason) == (SatResult.UNKNOWN, "no answer within 2.5 s")
+    assert found == SolverAnswer(SatResult.UNKNOWN, {}, "no answer within 2.5 s")
     solved = SOLVER_PROCESS.solve_script("(check-sat)", 1, 2.5)
     assert solved == ScriptAnswer(SatResult.UNKNOWN, {}, 0, 0, "no answer within 2.5 s")
     assert SOLVER_PROCESS.check_together([Question([X], {}, [t.TRUE])] * 3, 1, 2.5) == [None] * 3
@@ -218,3 +224,170 @@ def test_a_question_is_the_arguments_of_a_solver() -> None:
     answers = solver_process._solve_together([question, other], 1_000_000, 10.0)
     assert [answer and answer.result for answer in answers] == [SatResult.SAT, SatResult.UNSAT]
     assert solver_process._solve_script("(assert false)(check-sat)", 1_000).result is SatResult.UNSAT
+
+
+def test_a_script_is_solved_with_its_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[object] = []
+    monkeypatch.setattr(z3_scripts, "solve_script", lambda *arguments: given.append(arguments))
+    solver_process._solve_script("(check-sat)", 123)
+    assert given == [("(check-sat)", 123)]
+
+
+def test_the_solver_process_solves_what_it_is_asked() -> None:
+    assert SOLVER_PROCESS.solve_script("(assert false)(check-sat)", 1_000, 5.0).result is SatResult.UNSAT
+    question = Question([X, Y], RANGES, [product_above(81)])
+    (found,) = SOLVER_PROCESS.check_together([question], 1_000_000, 5.0)
+    assert found == SolverAnswer(SatResult.UNSAT, {})
+
+
+class _Pipe(io.BytesIO):
+    """Stream that takes and gives at most three bytes at a time, as a pipe may."""
+
+    def write(self, content: Any) -> int:
+        return super().write(bytes(content[:3]))
+
+    def read(self, count: int | None = -1) -> bytes:
+        assert count is not None
+        assert count > 0
+        return super().read(min(count, 3))
+
+
+def test_messages_are_taken_apart_as_they_were_sent() -> None:
+    pipe = _Pipe()
+    sent = [b"first", b"", b"a longer one, of more than one part", b"x"]
+    for content in sent:
+        solver_process._send(pipe, content)
+    pipe.seek(0)
+    assert [solver_process._receive(pipe, None) for _ in sent] == sent
+    assert solver_process._receive(pipe, None) == b""
+    whole = pipe.getvalue()
+    for end in range(8 + len(sent[0])):
+        assert solver_process._receive(_Pipe(whole[:end]), None) == b""
+
+
+def test_a_message_that_does_not_come_in_time_is_empty() -> None:
+    out, into = os.pipe()
+    with os.fdopen(out, "rb", buffering=0) as reader, os.fdopen(into, "wb", buffering=0) as writer:
+        assert solver_process._receive(reader, 0.01) == b""
+        solver_process._send(writer, b"in time")
+        assert solver_process._receive(reader, 0.01) == b"in time"
+        writer.write(b"\0" * 7)
+        assert solver_process._receive(reader, 0.01) == b""
+
+
+def test_a_process_ends_with_the_one_that_asks(monkeypatch: pytest.MonkeyPatch) -> None:
+    at_exit: list[Callable[[], object]] = []
+    monkeypatch.setattr(atexit, "register", at_exit.append)
+    one = SolverProcess()
+    for _ in range(2):
+        assert one.ask(abs, -3, seconds=5.0) == 3
+        process = one._process
+        assert process is not None
+        (end,) = at_exit
+        end()
+        assert process.returncode == -signal.SIGKILL
+        assert one._process is None
+
+
+def test_a_process_has_the_path_and_memory_settings_of_the_one_that_asks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    started: list[tuple[list[str], dict[str, Any]]] = []
+    start = subprocess.Popen
+
+    def noted(command: list[str], **options: Any) -> subprocess.Popen[bytes]:
+        started.append((command, options))
+        return start([sys.executable, "-c", SILENT], **options)
+
+    monkeypatch.setattr(subprocess, "Popen", noted)
+    monkeypatch.setenv("SOME", "setting")
+    with pytest.raises(NoAnswerError, match=r"^the solver does not start$"):
+        SolverProcess("the program").ask(abs, -3, seconds=5.0)
+    ((command, options),) = started
+    assert command == [sys.executable, "-I", "-S", "-c", "the program", json.dumps(sys.path)]
+    assert options["stderr"] == subprocess.DEVNULL, "its complaints are not for people"
+    assert options["bufsize"] == 0
+    kept = {f"MALLOC_{name}_THRESHOLD_": str(2**30) for name in ("TRIM", "MMAP")}
+    assert options["env"] == {**os.environ, **kept}
+
+
+def test_an_interrupted_question_ends_the_process_so_that_no_other_gets_its_answer(
+    solver: SolverProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert solver.ask(abs, -3, seconds=5.0) == 3
+    receive = solver_process._receive
+
+    def interrupted(*_: object) -> bytes:
+        monkeypatch.setattr(solver_process, "_receive", receive)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(solver_process, "_receive", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        solver.ask(abs, -4, seconds=5.0)
+    assert solver._process is None
+    assert solver.ask(abs, -5, seconds=5.0) == 5
+
+
+def test_an_answer_may_take_ten_times_its_limit_by_the_clock(
+    solver: SolverProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    limits: list[float | None] = []
+    receive = solver_process._receive
+
+    def noted(stream: object, seconds: float | None) -> bytes:
+        limits.append(seconds)
+        return receive(stream, seconds)
+
+    monkeypatch.setattr(solver_process, "_receive", noted)
+    for _ in range(2):
+        assert solver.ask(abs, -3, seconds=1.5) == 3
+    assert limits == [120, 55.0, 55.0]  # it starts once; a grace of 2 s counts at both ends
+
+
+DEAF = (
+    "import os, sys; os.close(0); "
+    "sys.stdout.buffer.write(bytes(7) + b'\\x05ready'); sys.stdout.buffer.flush()"
+)
+"""It starts, takes no question and ends."""
+
+
+def test_a_process_that_ends_before_it_is_asked_leaves_the_question_undecided() -> None:
+    solver = SolverProcess(DEAF)
+    with pytest.raises(NoAnswerError, match=r"^(the solver's process has ended|no answer within)"):
+        solver.ask(len, bytes(1 << 20), seconds=5.0)
+    assert solver._process is None
+
+
+def test_a_process_that_is_silent_for_too_long_is_killed(
+    solver: SolverProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert solver.ask(abs, -3, seconds=5.0) == 3
+    process = solver._process
+    assert process is not None
+    monkeypatch.setattr(solver_process, "_receive", lambda *_: b"")
+    with pytest.raises(NoAnswerError, match=r"^no answer within 5 s$"):
+        solver.ask(abs, -4, seconds=5.0)
+    assert process.returncode == -signal.SIGKILL
+
+
+def test_after_a_fork_the_process_and_the_lock_are_the_parents(solver: SolverProcess) -> None:
+    assert solver.ask(abs, -3, seconds=5.0) == 3
+    process, lock = solver._process, solver._lock
+    assert process is not None
+    with lock:  # of a thread that the child does not have
+        solver._leave_to_parent()
+        assert solver.ask(abs, -4, seconds=5.0) == 4
+        assert solver._process is not process
+        assert process.poll() is None
+    process.kill()
+    process.communicate()
+
+
+def test_a_session_has_the_budget_and_its_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    limits: dict[str, object] = {}
+    monkeypatch.setattr(z3.Solver, "set", lambda solver, name, value: limits.update({name: value}))
+    answer = solver_process._solve_in_session("a session", (X, Y), (), product_above(3), 2.5)
+    assert answer is not None
+    assert answer.result is SatResult.SAT
+    assert limits == {"random_seed": 0, "rlimit": DEFAULT_RLIMIT, "timeout": 2500}
+    assert solver_process._solve_in_session("another", None, (), t.TRUE, 2.5) is None

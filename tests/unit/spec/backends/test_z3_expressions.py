@@ -50,6 +50,12 @@ def test_no_parts_are_true_together_and_none_is_true() -> None:
     assert z3.is_false(z3.simplify(MAKE.disjunction([])))
 
 
+@pytest.mark.parametrize("op", [">", "!=", "=", ""])
+def test_no_other_comparison_is_taken_for_one_of_the_language(op: str) -> None:
+    with pytest.raises(KeyError):
+        MAKE.comparison(op, X, Y)
+
+
 def test_a_number_is_made_once_for_each_value() -> None:
     assert MAKE.number(Fraction(2, 4)) is MAKE.number(Fraction(1, 2))
     assert MAKE.new_number(Fraction(1, 2)) is not MAKE.number(Fraction(1, 2))

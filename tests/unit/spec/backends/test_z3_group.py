@@ -116,6 +116,13 @@ def test_one_model_settles_many_questions(monkeypatch: pytest.MonkeyPatch) -> No
     assert next(checks) == 1
 
 
+def test_a_group_has_the_budget_and_the_time_limit_of_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: dict[str, object] = {}
+    monkeypatch.setattr(z3.Solver, "set", lambda solver, name, value: given.update({name: value}))
+    answer_together([Question([X], TEN, [above(X, 3)])], 12_345, 2.5)
+    assert given == {"random_seed": 0, "rlimit": 12_345, "timeout": 2500, "phase_selection": 1}
+
+
 def test_no_question_has_no_answer() -> None:
     assert answer_together([], *BUDGET) == []
 
@@ -127,3 +134,27 @@ def test_a_model_may_be_irrational_and_is_then_near() -> None:
     value = found.model["x"]
     assert isinstance(value, Fraction)
     assert abs(value * value - 2) < Fraction(1, 10**20)
+
+
+def test_each_question_keeps_its_ranges_beside_those_of_others() -> None:
+    x, y = ({name: TEN[name]} for name in "xy")
+    questions = [
+        Question([X], x, [above(X, 10)]),
+        Question([Y], y, [above(Y, 10)]),
+        Question([X], x, [t.Not(above(X, -1))]),
+        Question([Y], y, [above(Y, 9)]),
+        Question([B], {}, [B]),
+    ]
+    assert results(*questions) == ["unsat", "unsat", "unsat", "sat", "sat"]
+
+
+def test_a_range_is_noted_of_each_question_that_joins_others() -> None:
+    """The first two have no variable in common, and the third has another range than the second."""
+    low, high = ({"y": (Fraction(start), Fraction(start + 1))} for start in (0, 5))
+    questions = [
+        Question([X], TEN, [above(X, 3)]),
+        Question([Y], low, [above(Y, 2)]),
+        Question([Y], high, [above(Y, 2)]),
+        Question([X, Y], TEN | low, [above(X, 3), above(Y, 2)]),
+    ]
+    assert results(*questions) == ["sat", "unsat", "sat", "unsat"]

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pytest
+import z3
 
 from aeros.spec.backends.solver_results import NoAnswerError, SatResult, ScriptAnswer
 from aeros.spec.backends.z3_scripts import solve_script, truths_at
@@ -58,3 +59,13 @@ def test_a_script_without_assertions_has_no_truths() -> None:
 def test_a_script_that_cannot_be_read_is_refused() -> None:
     with pytest.raises(NoAnswerError, match="line 1"):
         truths_at("(assert", [])
+
+
+def test_a_script_has_a_context_a_seed_and_a_budget_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[tuple[str, object]] = []
+    monkeypatch.setattr(z3.Solver, "set", lambda solver, name, value: given.append((name, value)))
+    assert solve_script("(assert false)(check-sat)", 123).result is SatResult.UNSAT
+    assert given == [("random_seed", 0), ("rlimit", 123)]
+    monkeypatch.setattr(z3.z3, "main_ctx", lambda: pytest.fail("the context of the process is used"))
+    assert solve_script("(assert false)(check-sat)").result is SatResult.UNSAT
+    assert truths_at(_BETWEEN.format("1.0"), [{"x": "0.5"}]) == [[True, True]]

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from aeros.spec.backends.network.bound_search import (
+    BoundSearch,
     _corners,
     _halves,
     _importance,
@@ -15,36 +17,48 @@ from aeros.spec.backends.network.bound_search import (
     violates,
 )
 from aeros.spec.backends.network.steps import Linear, Network
-from tests.unit.spec.backends.network.networks import TENT, network_of, random_layers
+from tests.unit.spec.backends.network.networks import TENT, network_of, random_layers, rounded
 
 BOX = {"x": ([0.0], [2.0])}
 
 
 def test_a_bound_that_one_box_leaves_open_is_proved_in_parts() -> None:
     result = decide_bound(network_of(TENT), BOX, {"y": ((-0.1, 1.1),)})
-    assert result.is_proved
+    assert result == BoundSearch(True, None, result.parts)
     assert result.parts > 1
 
 
 def test_a_bound_that_is_violated_has_a_witness_inside_of_the_box() -> None:
     network = network_of(TENT)
     result = decide_bound(network, BOX, {"y": ((-0.1, 0.9),)})
-    assert not result.is_proved
+    assert result == BoundSearch(False, result.witness, 1)
     assert result.witness is not None
     assert violates(network, result.witness, {"y": ((-0.1, 0.9),)})
     assert 0.9 < result.witness["x"][0] < 1.1
 
 
+@pytest.mark.parametrize(("is_double", "middle"), [(True, 1.025), (False, rounded(1.025))])
+def test_the_middle_that_violates_is_a_number_of_the_networks_format(is_double: bool, middle: float) -> None:
+    network = replace(network_of(TENT), is_double=is_double)
+    found = decide_bound(network, {"x": ([0.125], [1.925])}, {"y": ((-1.0, 0.96),)})
+    assert found == BoundSearch(False, {"x": (middle,)}, 1)
+
+
 def test_a_violation_at_a_corner_is_found_first() -> None:
     result = decide_bound(network_of(TENT), BOX, {"y": ((0.5, 2.0),)})
     assert result.witness in ({"x": (0.0,)}, {"x": (2.0,)})
-    assert result.parts == 0
+    assert result == BoundSearch(False, result.witness, 0)
 
 
 def test_a_bound_without_room_for_rounding_is_left_open() -> None:
     result = decide_bound(network_of(TENT), BOX, {"y": ((-0.1, 1.0),)}, max_parts=50)
-    assert not result.is_proved
-    assert result.witness is None
+    assert result == BoundSearch(False, None, 50)
+
+
+def test_a_box_that_cannot_be_split_is_left_open() -> None:
+    """Its only side is a number, whose output is on the bound and not surely on one side of it."""
+    point = {"x": ([1.0], [1.0])}
+    assert decide_bound(network_of(TENT), point, {"y": ((-0.1, 1.0),)}) == BoundSearch(False, None, 1)
 
 
 def test_an_output_that_is_clipped_is_proved_at_once() -> None:
@@ -96,10 +110,18 @@ def test_a_box_is_halved_at_its_most_important_side() -> None:
         {"x": ([0.0, 1.5], [4.0, 3.0]), "z": ([0.0], [5.0])},
     )
     assert _halves({"x": ([1.0], [1.0])}, {"x": (1.0,)}) is None
-    assert _halves({"x": ([1.0], [1.0 + 2.0**-52])}, {"x": (1.0,)}) is None
+    for low in (1.0, 1.0 + 2.0**-52):  # the middle is rounded down, and up
+        assert _halves({"x": ([low], [low + 2.0**-52])}, {"x": (1.0,)}) is None
     assert _middle(box, is_double=True) == {"x": (2.0, 1.5), "z": (2.5,)}
     third = {"x": ([0.1], [0.1])}
     assert _middle(third, is_double=False) == {"x": (0.1,)}
+    assert _middle({"x": ([1.0, -4.0], [2.0, -1.0])}, is_double=True) == {"x": (1.5, -2.5)}
+    assert _middle({"x": ([0.1], [0.3])}, is_double=True) == {"x": (0.2,)}
+    far = {"x": ([10.0, 0.0], [11.0, 3.0])}
+    assert _halves(far, {"x": (1.0, 1.0)}) == (
+        {"x": ([10.0, 0.0], [11.0, 1.5])},
+        {"x": ([10.0, 1.5], [11.0, 3.0])},
+    )
 
 
 def test_a_side_is_as_important_as_what_the_first_layer_makes_of_it() -> None:

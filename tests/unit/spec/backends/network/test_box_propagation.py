@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 import random
 from dataclasses import replace
+from decimal import Decimal
 from typing import Any
 
 import pytest
@@ -38,11 +39,17 @@ def test_every_step_holds_its_exact_result_and_little_more() -> None:
         Sum("b", "a", "x", -1.0),
         Clip("c", "b", -1.0, 4.0),
         Join("d", ("c", "x")),
+        Linear("e", "d", ((1.0, -2.0, 0.0, 0.5), (0.0, 1.0, 0.0, -3.0)), (0.25, 7.0)),
     )
-    network = Network({"x": 2}, {"d": "d"}, steps, is_double=True)
-    low, high = propagate(network, {"x": ([0.0, 1.0], [1.0, 2.0])})["d"]
+    network = Network({"x": 2}, {"d": "d", "e": "e"}, steps, is_double=True)
+    found = propagate(network, {"x": ([0.0, 1.0], [1.0, 2.0])})
+    assert found.keys() == {"d", "e"}
+    low, high = found["d"]
     assert low == pytest.approx([-1.0, -1.0, 0.0, 1.0])
     assert high == pytest.approx([1.0, 0.0, 1.0, 2.0])
+    low, high = found["e"]
+    assert low == pytest.approx([-0.25, 0.0])
+    assert high == pytest.approx([4.25, 4.0])
 
 
 HUGE = 2.0**20
@@ -61,39 +68,53 @@ def margins(steps: tuple[Step, ...], low: float, high: float, *, is_double: bool
 
 @pytest.mark.parametrize("is_double", [True, False])
 @pytest.mark.parametrize(
-    ("steps", "x", "size"),
+    ("steps", "x", "error", "width"),
     [
-        ((Linear("y", "x", ((HUGE,),), (0.0,)),), 1.0, HUGE),
-        ((Linear("y", "x", ((-HUGE,),), (0.0,)),), -3.0, 3.0 * HUGE),
-        ((Linear("y", "x", ((0.0,),), (-HUGE,)),), 1.0, HUGE),
-        ((Linear("y", "x", ((1.0,),), (-HUGE,)),), HUGE, 2.0 * HUGE),
-        ((Scale("y", "x", (-HUGE,), (0.0,)),), 1.0, HUGE),
-        ((Scale("y", "x", (1.0,), (-HUGE,)),), HUGE, HUGE),
-        ((Scale("y", "x", (0.0,), (-HUGE,)),), 1.0, HUGE),
-        ((Sum("y", "x", "x", 1.0),), HUGE, 2.0 * HUGE),
+        # (4 n + 16) for n terms
+        ((Linear("y", "x", ((HUGE,),), (0.0,)),), 1.0, 20, 40),
+        ((Linear("y", "x", ((-HUGE,),), (0.0,)),), -3.0, 60, 120),
+        ((Linear("y", "x", ((0.0,),), (-HUGE,)),), 1.0, 20, 40),
+        ((Linear("y", "x", ((1.0,),), (-HUGE,)),), HUGE, 40, 80),
+        # 4 of the result of an operation, and 4 of the product that is rounded before, or of what bounds it
+        ((Scale("y", "x", (-HUGE,), (0.0,)),), 1.0, 8, 16),
+        ((Scale("y", "x", (1.0,), (-HUGE,)),), HUGE, 4, 8),
+        ((Scale("y", "x", (0.0,), (-HUGE,)),), 1.0, 12, 8),
+        ((Sum("y", "x", "x", 1.0),), HUGE, 8, 16),
         # The error of what comes before.
-        ((LOST, Linear("y", "lost", ((-7.0,),), (0.0,))), HUGE, 7.0 * HUGE),
-        ((LOST, Scale("y", "lost", (-7.0,), (0.0,))), HUGE, 7.0 * HUGE),
+        ((LOST, Linear("y", "lost", ((-7.0,),), (0.0,))), HUGE, 28, 56),
+        ((LOST, Scale("y", "lost", (-7.0,), (0.0,))), HUGE, 28, 56),
+        ((LOST, Scale("more", "x", (9.0,), (-9.0 * HUGE,)), Sum("y", "more", "lost", -1.0)), HUGE, 40, 80),
+        ((LOST, Scale("more", "x", (9.0,), (-9.0 * HUGE,)), Sum("y", "lost", "more", 1.0)), HUGE, 40, 80),
         (
-            (LOST, Scale("more", "x", (9.0,), (-9.0 * HUGE,)), Sum("y", "more", "lost", -1.0)),
+            (LOST, Join("both", ("x", "lost")), Linear("y", "both", ((0.0, 3.0),), (0.0,))),
             HUGE,
-            10.0 * HUGE,
+            12,
+            24,
         ),
-        (
-            (LOST, Scale("more", "x", (9.0,), (-9.0 * HUGE,)), Sum("y", "lost", "more", 1.0)),
-            HUGE,
-            10.0 * HUGE,
-        ),
-        ((LOST, Join("both", ("x", "lost")), Linear("y", "both", ((0.0, 3.0),), (0.0,))), HUGE, 3.0 * HUGE),
-        ((LOST, Clip("y", "lost", -HUGE, HUGE)), HUGE, HUGE),
+        ((Join("both", ("x", "x")), Linear("y", "both", ((0.0, 3.0),), (0.0,))), HUGE, 72, 144),
+        ((LOST, Clip("y", "lost", -HUGE, HUGE)), HUGE, 4, 8),
     ],
 )
-def test_margins_are_as_large_as_the_numbers_whose_rounding_they_bound(
-    steps: tuple[Step, ...], x: float, size: float, *, is_double: bool
+def test_margins_are_those_of_the_numbers_whose_rounding_they_bound(
+    steps: tuple[Step, ...], x: float, error: float, width: float, *, is_double: bool
 ) -> None:
-    error, width = margins(steps, x, x, is_double=is_double)
-    assert size <= error <= 40.0 * size
-    assert 2.0 * size <= width <= 80.0 * size
+    """In units of the roundoff of `HUGE`; the factors are in the description of `box_propagation`."""
+    found = margins(steps, x, x, is_double=is_double)
+    assert found == pytest.approx((error * HUGE, width * HUGE), rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("step", "error", "width"),
+    [
+        (Linear("y", "x", ((0.0,),), (0.0,)), 2, 4),
+        (Scale("y", "x", (0.0,), (0.0,)), 1, 4),
+        (Sum("y", "x", "x", 1.0), 1, 2),
+    ],
+)
+def test_numbers_near_0_have_the_error_of_the_least_number(step: Step, error: int, width: int) -> None:
+    least = 2.0**-149
+    found = margins((step,), 0.0, 0.0, is_double=False)
+    assert found == pytest.approx((error * least * 2.0**24, width * least * 2.0**24), rel=1e-5, abs=0.0)
 
 
 @pytest.mark.parametrize(("low", "high"), [(-3.0, 1.0), (-1.0, 3.0)])
@@ -110,12 +131,36 @@ def test_errors_are_those_of_the_end_of_a_box_that_is_farther_from_zero(
     assert error == pytest.approx(max(of_low, of_high))
 
 
+@pytest.mark.parametrize(
+    "step",
+    [
+        Linear("y", "x", ((HUGE,),), (-3.0,)),
+        Linear("y", "x", ((-HUGE,),), (3.0,)),
+        Scale("y", "x", (HUGE,), (-HUGE,)),
+        Scale("y", "x", (-HUGE,), (HUGE,)),
+        Sum("y", "x", "x", 1.0),
+        Sum("y", "x", "x", -1.0),
+        Clip("y", "x", -2.0, 2.0),
+        Smooth("y", "x", "tanh"),
+    ],
+)
+def test_the_box_of_a_box_holds_those_of_all_its_parts(step: Step) -> None:
+    network = Network({"x": 1}, {"y": "y"}, (step,), is_double=False)
+    narrow = (1.0, 1.0 + 3 * 2.0**-52)  # whose middle is rounded
+    for low, high in ((-3.0, 1.0), (-1.0, 3.0), (1.0, 5.0), (-5.0, -1.0), narrow):
+        (least,), (most,) = propagate(network, {"x": ([low], [high])})["y"]
+        middle = (low + high) / 2
+        for start, end in ((low, low), (middle, middle), (high, high), (low, middle), (middle, high)):
+            (lower,), (upper,) = propagate(network, {"x": ([start], [end])})["y"]
+            assert least <= lower <= upper <= most
+
+
 @pytest.mark.parametrize(("name", "function"), [("tanh", math.tanh), ("sigmoid", None)])
 @pytest.mark.parametrize("x", [-800.0, -700.0, -2.0, 0.0, 0.5, 800.0])
 def test_smooth_steps_are_within_their_margin_of_the_function(name: str, function: Any, x: float) -> None:
     network = Network({"x": 1}, {"y": "y"}, (Smooth("y", "x", name),), is_double=True)
     (low,), (high,) = propagate(network, {"x": ([x - 1.0], [x + 1.0])})["y"]
-    exact = function or (lambda one: 0.5 + 0.5 * math.tanh(0.5 * one))
+    exact = function or (lambda one: float(1 / (1 + Decimal(-one).exp())))
     assert low == pytest.approx(exact(x - 1.0) - 2.0**-20, abs=1e-12)
     assert high == pytest.approx(exact(x + 1.0) + 2.0**-20, abs=1e-12)
 
@@ -134,9 +179,12 @@ def test_vectors_of_other_lengths_are_refused_and_not_cut_off() -> None:
     two = Linear("y", "x", ((1.0,), (2.0,)), (1.0,))
     one, pair = ([0.0], [1.0]), ([0.0, 0.0], [1.0, 1.0])
     network = Network({"x": 1}, {"y": "y"}, (two,), is_double=True)
-    for box in (one, ([0.0], [1.0, 2.0]), ([0.0, 0.0], [1.0])):
-        with pytest.raises(ValueError, match=r"argument [23] is"):
-            bound_vectors(network, {"x": box})
+    with pytest.raises(ValueError, match="argument 3 is shorter"):
+        bound_vectors(network, {"x": one})
+    whole = replace(network, steps=(Linear("y", "x", ((1.0,), (2.0,)), (1.0, 1.0)),))
+    for box in (([0.0], [1.0, 2.0]), ([0.0, 0.0], [1.0])):
+        with pytest.raises(ValueError, match="argument 2 is"):
+            bound_vectors(whole, {"x": box})
     with pytest.raises(ValueError, match="argument 2 is shorter"):
         rounding_errors(network, {"x": one, "y": pair})
     scaled = replace(network, steps=(Scale("y", "x", (1.0,), (1.0,)),))

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 from math import inf
+from types import SimpleNamespace
 
 import pytest
 
@@ -22,7 +23,7 @@ from aeros.spec.backends.network.marabou import decide_with_marabou, marabou_ver
 from aeros.spec.backends.network.steps import Clip, Join, Linear, Network, Scale, Smooth, Sum
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.spec.backends.network.marabou_by_z3 import MARABOU
-from tests.unit.spec.backends.network.networks import TENT, network_of, random_layers
+from tests.unit.spec.backends.network.networks import TENT, network_of, random_layers, rounded
 
 BOX = {"x": ([0.0], [2.0])}
 
@@ -187,6 +188,34 @@ def test_a_process_of_its_own_answers_or_is_late(monkeypatch: pytest.MonkeyPatch
     assert decide_with_marabou(network, BOX, then, 0.1) == BoundSearch(False, None, 0)
     assert time.monotonic() - started < 30.0
     assert multiprocessing.active_children() == []
+
+
+@pytest.mark.usefixtures("stand_in")
+@pytest.mark.parametrize(
+    ("ends", "is_kept"), [((-2.0, -1.0), False), ((1.0, 2.0), False), ((-1.0, 1.0), True), ((0.0, 0.0), True)]
+)
+def test_an_output_that_is_always_0_is_judged_without_a_margin(
+    ends: tuple[float, float], is_kept: bool
+) -> None:
+    network = Network({"x": 1}, {"y": "y"}, (Clip("y", "x", 0.0, 0.0),), is_double=True)
+    found = marabou._search(network, BOX, {"y": (ends,)})
+    assert found.is_proved is is_kept
+    assert (found.witness is None) is is_kept
+
+
+@pytest.mark.usefixtures("stand_in")
+def test_the_process_sends_what_the_search_finds() -> None:
+    sent: list[object] = []
+    network, then = network_of(TENT), {"y": ((-0.1, 1.1),)}
+    marabou._decide(SimpleNamespace(send=sent.append), network, BOX, then)  # type: ignore[arg-type]
+    assert sent == [BoundSearch(True, None, 2)]
+
+
+@pytest.mark.parametrize(("is_double", "found"), [(True, 0.1), (False, rounded(0.1))])
+def test_a_witness_is_a_number_of_the_networks_format_in_the_box(is_double: bool, found: float) -> None:
+    network = replace(network_of(TENT), is_double=is_double)
+    for value, expected in ((0.1, found), (-0.1, 0.0), (2.1, 2.0)):
+        assert marabou._witness(network, BOX, {7: value}, {"x": 7}) == {"x": (expected,)}
 
 
 @pytest.mark.usefixtures("stand_in")

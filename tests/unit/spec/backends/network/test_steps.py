@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -50,10 +51,13 @@ def test_arithmetic_with_constants_becomes_one_scale() -> None:
     assert step(node("Sub", "c", "x"), c=TWO) == Scale("y", "x", (-1.0, -1.0), (2.0, 2.0))
     assert step(node("Mul", "c", "x"), c=TWO) == Scale("y", "x", (2.0, 2.0), (0.0, 0.0))
     assert step(node("Div", "x", "c"), c=TWO) == Scale("y", "x", (0.5, 0.5), (0.0, 0.0))
+    powers = Tensor((1, 2), (-4.0, 0.25))
+    assert step(node("Div", "x", "c"), c=powers) == Scale("y", "x", (-0.25, 4.0), (0.0, 0.0))
 
 
 def test_two_values_are_added_and_joined() -> None:
     assert step(node("Sub", "x", "z")) == Sum("y", "x", "z", -1.0)
+    assert step(node("Add", "z", "x")) == Sum("y", "z", "x", 1.0)
     assert step(node("Concat", "x", "z", axis=-1.0)) == Join("y", ("x", "z"))
 
 
@@ -106,6 +110,8 @@ def test_vectors_have_the_sizes_of_their_steps() -> None:
         Operation("Tanh", ("z",), ("a",), {}),
         Operation("Identity", ("z",), ("a",), {}),
         Operation("Sub", ("z", "z"), ("a",), {}),
+        Operation("Sub", ("z", "c"), ("a",), {}),
+        Operation("Mul", ("c", "z"), ("a",), {}),
     ):
         found = translate(graph(first, node("Add", "a", "c"), c=TWO, w=wide), {"x": 2, "z": 3}).steps[-1]
         assert isinstance(found, Scale)
@@ -137,9 +143,52 @@ def test_a_network_is_double_if_all_its_numbers_are(constant: bool, ends: int, i
         outputs={"y": pair},
     )
     assert translate(one, {"x": 2}).is_double is is_double
+    others = {"e": Tensor((), (1.0,), is_double=not constant), "n": Tensor((0,), (), is_double=not constant)}
+    assert translate(replace(one, constants={**one.constants, **others}), {"x": 2}).is_double is is_double
+    without = replace(one, nodes=(node("Relu", "x"),), constants={})
+    assert translate(without, {"x": 2}).is_double is (ends == 11)
+
+
+def test_a_constant_without_a_name_is_not_one_that_is_left_out() -> None:
+    nameless = {"": Tensor((2,), (5.0, 6.0)), "w": Tensor((2, 2), (1.0, 2.0, 3.0, 4.0))}
+    product = step(node("Gemm", "x", "w"), **nameless)
+    assert product == Linear("y", "x", ((1.0, 3.0), (2.0, 4.0)), (0.0, 0.0))
+    assert step(node("Clip", "x", "", ""), **nameless) == Clip("y", "x", -math.inf, math.inf)
+
+
+@pytest.mark.parametrize(
+    ("shape", "is_spread"),
+    [
+        ((2,), True),
+        ((1, 2), True),
+        ((1, 1, 2), True),
+        ((2, 1), False),
+        ((2, 1, 1), False),
+        ((1, 2, 1), False),
+    ],
+)
+def test_a_constant_has_its_numbers_along_the_last_dimension(shape: tuple[int, ...], is_spread: bool) -> None:
+    numbers = Tensor(shape, (5.0, 6.0))
+    if is_spread:
+        assert step(node("Add", "x", "c"), c=numbers) == Scale("y", "x", (1.0, 1.0), (5.0, 6.0))
+    else:
+        cause = f"a constant of the shape {shape} with a vector of 2"
+        with pytest.raises(UnsupportedNetworkError, match=f"^{re.escape(cause)}$"):
+            step(node("Add", "x", "c"), c=numbers)
 
 
 def test_other_shapes_of_one_vector_are_the_vector() -> None:
+    renamed = Operation("Identity", ("x",), ("a",), {}), Operation("Reshape", ("a",), ("b",), {})
+    for one in (
+        node("Relu", "b"),
+        node("Concat", "a", "b", axis=1.0),
+        node("Add", "b", "x"),
+        node("Tanh", "a"),
+        node("Flatten", "b"),
+    ):
+        found = translate(graph(*renamed, one), {"x": 2, "z": 2})
+        plain = replace(one, inputs=tuple("x" for _ in one.inputs))
+        assert found == translate(graph(plain), {"x": 2, "z": 2})
     network = translate(graph(node("Flatten", "x")), {"x": 2, "z": 2})
     assert network.steps == ()
     assert network.outputs == {"y": "x"}
@@ -179,6 +228,10 @@ def test_other_shapes_of_one_vector_are_the_vector() -> None:
         (node("Relu", "missing"), "`missing` is used before it is computed"),
         (node("Add", "x", "wide"), "a constant of the shape (1, 3) with a vector of 2"),
         (node("Constant", value=(1,)), "`Constant` of another form than a tensor"),
+        (replace(node("Relu", "x"), outputs=("z",)), "it defines `z` twice"),
+        (replace(node("Relu", "x"), outputs=("c",)), "it defines `c` twice"),
+        (replace(node("Constant", value=TWO), outputs=("c",)), "it defines `c` twice"),
+        (replace(node("Identity", "x"), outputs=("x",)), "it defines `x` twice"),
     ],
 )
 def test_anything_else_is_refused(one: Operation, cause: str) -> None:
