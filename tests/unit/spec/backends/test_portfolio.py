@@ -111,16 +111,19 @@ def test_ways_use_the_ranges_the_lemmas_and_the_tactic_that_they_are_named_after
 ) -> None:
     asked, lemma, given = question("x * y <= 4 m*m"), t.TRUE, []
 
-    def lemmas(terms: object, ranges: object) -> list[t.Term]:
-        assert (terms, ranges) == (asked.terms, asked.ranges)
+    nearest = {"x": 1.0, "y": 2.0}
+
+    def lemmas(terms: object, ranges: object, near: object) -> list[t.Term]:
+        assert (terms, ranges, near) == (asked.terms, asked.ranges, nearest)
         return [lemma]
 
     def noted(_: object, terms: Sequence[t.Term], tactic: str = "default") -> SolverAnswer:
         given.append((list(terms), tactic))
         return _UNKNOWN
 
+    monkeypatch.setattr(portfolio, "search", lambda _: SearchResult(None, nearest))
     monkeypatch.setattr(portfolio, "lemmas_for", lemmas)
     monkeypatch.setattr(IncrementalSolver, "check_simplified", noted)
-    for way in (portfolio._with_lemmas, portfolio._by_cells):
+    for way in (portfolio._from_a_point, portfolio._by_cells):
         assert alone(way, asked) == _UNKNOWN
     assert given == [([*asked.terms, lemma], "default"), (list(asked.terms), "qfnra-nlsat")]
