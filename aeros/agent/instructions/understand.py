@@ -55,6 +55,7 @@ from aeros.agent.instructions.requests import Request, read_request
 from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
 from aeros.agent.instructions.sentences.corrections import without_corrections
 from aeros.agent.instructions.sentences.names import without_names
+from aeros.agent.instructions.sentences.sets_of_things import without_sets
 from aeros.agent.instructions.spelling import unknown_words, without_slips
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
@@ -194,13 +195,16 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             last = first = None
             pending.pop(0)
             continue
-        for segment, condition in _requests(merged_requests(sentence, tasks, context)):
+        sentence = merged_requests(without_sets(sentence, tasks), tasks, context)
+        for segment, condition in _requests(sentence):
             if segment.mood is Mood.REQUEST and last and is_own_check(segment, last[0], tasks):
                 continue  # `…, then check that it is clean`: the goal says that
             if segment.is_check and not _is_understood(segment, tasks, context):
                 continue
             if segment.mood is Mood.REQUEST:
-                refers = not english.PRONOUNS.isdisjoint(segment.words)
+                refers = any(
+                    word in english.PRONOUNS or english.number_of(word) is not None for word in segment.words
+                )
                 known = context or [_denied(one) for one in prohibited[-1:] if refers]
                 request = read_request(
                     segment, condition, tasks, known, last and last[0].topic, may_elide=is_named

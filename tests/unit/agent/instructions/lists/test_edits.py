@@ -113,6 +113,18 @@ def moved(edits: list[str], requests: tuple[str, ...], *, is_before: bool) -> li
         "make dumplings until there are two people",
         "can you make one?",
         "I'd rather have the table dirty",
+        "do not first clean the table and then make dumplings",
+        "do not check the table, then bring me the block",
+        "rather than cleaning the table first, then making dumplings, fetch the can",
+        "prepare to cook a dumpling",
+        "fetch the can and the block is forbidden",
+        "fetching the can, cleaning the table is forbidden",
+        "if you were free you would clean the left half, actually no, the whole table",
+        "get ready to make one dumpling, no, two dumplings",
+        "get ready to bring me the can, sorry, I mean the block",
+        "next week make one dumpling, no wait, two",
+        "bring the can to the left, actually the right. On second thought, leave it.",
+        "I used to take the can and bring it to me, then do the same with the block",
     ],
 )
 def test_instructions_that_moved_the_robot_wrongly_are_refused(instruction: str) -> None:
