@@ -71,6 +71,9 @@ def _with_plain_extents(tokens: Words) -> Words:
             return (*tokens[:at], "except", *tokens[at + 1 :])  # `everything but the can`
         if tokens[at] == "right" and tokens[at + 1 : at + 3] in _RIGHT_AT and tokens[at - 1] not in _ARTICLES:
             return (*tokens[:at], *tokens[at + 1 :])
+        is_piece = tokens[at] in ("piece", "pieces") and tokens[at + 1] == "of"
+        if is_piece and english.number_of(tokens[at - 1]) is not None:
+            return (*tokens[:at], *tokens[at + 2 :])  # `two pieces of cake`
         number = tokens[at + 2 : at + 3] if tokens[at] == "but" and tokens[at + 1] in _ONLY else ()
         if number and english.number_of(number[0]) is not None and tokens[at + 3 : at + 4] in ((), (COMMA,)):
             return (*tokens[:at], *tokens[at + 2 :])  # `make teas, but only one`
@@ -228,9 +231,10 @@ _MAX_PLACED_WORDS: Final = 7
 
 
 def _without_all(tokens: Words) -> Words:
-    """Write `clear it all up`, `clear all of it` and `move each of them` as `clear it up` and `move them`."""
+    """Write `clear it all up`, `clear all of it` and `move them both` as `clear it up` and `move them`."""
     for at, word in enumerate(tokens):
-        if word == "all" and tokens[at - 1 : at] in _PRONOUNS and at:
+        is_all = word == "all" or (word == "both" and "and" in tokens[:at])
+        if is_all and tokens[at - 1 : at] in _PRONOUNS and at:
             return tokens[:at] + tokens[at + 1 :]
         is_of = word in ("all", "each") and tokens[at + 1 : at + 2] == ("of",)
         if is_of and tokens[at + 2 : at + 3] in _PRONOUNS:

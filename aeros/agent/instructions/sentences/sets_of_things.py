@@ -55,8 +55,7 @@ def _one_for_each(segment: Segment, after: Sentence, tasks: Sequence[TaskPhrases
     meanings = [
         written
         for entry in tasks
-        if segment.mood is Mood.REQUEST and cover(entry, segment.words, knows_pronoun=False).triggers
-        if (written := _written_out(segment.words, after, entry))
+        if segment.mood is Mood.REQUEST and (written := _written_out(segment.words, after, entry))
     ]
     if len(meanings) != 1:
         yield segment

@@ -8,7 +8,7 @@ from typing import Final
 from aeros.agent.instructions import english
 from aeros.agent.instructions.wordings.wording import WANT, Wording
 
-_OF_CLAUSES: Final = (("if",), ("that",))
+_OF_CLAUSES: Final = (("if",), ("that",), ("could",))
 
 
 def wishes(wording: Wording) -> Iterator[Wording]:

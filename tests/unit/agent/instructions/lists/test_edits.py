@@ -125,6 +125,9 @@ def moved(edits: list[str], requests: tuple[str, ...], *, is_before: bool) -> li
         "next week make one dumpling, no wait, two",
         "bring the can to the left, actually the right. On second thought, leave it.",
         "I used to take the can and bring it to me, then do the same with the block",
+        "The table of Anna is dirty, clean it.",
+        "I hate the other table, clean it.",
+        "The can! Bring them both!",
     ],
 )
 def test_instructions_that_moved_the_robot_wrongly_are_refused(instruction: str) -> None:
