@@ -290,6 +290,8 @@ def _ends_statement(tokens: Words, at: int) -> bool:
     """Return True at a pause, and, in a transcript without pauses, before `so please` and `could you`."""
     if tokens[at] in (COMMA, COLON):
         return True
+    if at <= 1:
+        return False
     so = tokens[at] == "so"
     opener = english.OPENERS.starting(tokens, at + so)
     is_asked = bool(_POLITE.intersection(opener)) or opener[:2] in _ASKED or (so and len(opener) > 1)
@@ -297,7 +299,9 @@ def _ends_statement(tokens: Words, at: int) -> bool:
     follows_reason = so and tokens[at - 1] not in _BEFORE_DEGREES and not tokens[at - 1].endswith("ly")
     follows_reason = follows_reason and tokens[at + 1 : at + 2] != (COMMA,) and _starts_object(tokens, at + 2)
     follows_reason = follows_reason and english.SUBJECTS.isdisjoint(tokens[at + 1 : at + 2])
-    return at > 1 and (is_asked or follows_reason) and is_statement(tokens[:at])
+    # `they will please wipe it`: what they will do has not been said yet
+    is_open = tokens[at - 1] in _OPEN_MODALS or (tokens[at - 1] == "can" and tokens[at - 2] in _WHO)
+    return not is_open and (is_asked or follows_reason) and is_statement(tokens[:at])
 
 
 def _starts_object(tokens: Words, at: int) -> bool:
@@ -308,6 +312,8 @@ def _starts_object(tokens: Words, at: int) -> bool:
     return is_named or any(english.number_of(word) is not None for word in words)
 
 
+_OPEN_MODALS: Final = english.MODALS - {"can", "need", "needs"}
+_WHO: Final = frozenset({"he", "i", "she", "they", "we", "who", "you"})
 _BEFORE_DEGREES: Final = (
     english.FINITE | english.MODALS | english.DEGREES | {"always", "never", "not", "often"}
 )
@@ -470,6 +476,14 @@ def check_scopes(sentence: Sentence) -> Sentence:
             raise InstructionError(
                 f"{quoted(before.text)}, {quoted(segment.text)}: is the second wanted, or prohibited, "
                 "too? say it in two sentences"
+            )
+    for before, segment in pairwise(sentence):
+        is_after = before.mood is Mood.PROHIBITION and segment.mood is Mood.CONDITION
+        if is_after and segment.link is not Link.ADJUNCT and "but" not in segment.joint.split():
+            # `do not check it and, if it is dirty, wipe it`
+            raise InstructionError(
+                f"{quoted(before.text)}, {quoted(segment.text)}: is what follows wanted, or prohibited, too? "
+                "say it in two sentences"
             )
     conditions = [at for at, segment in enumerate(sentence) if segment.mood is Mood.CONDITION]
     requests = sum(segment.mood is Mood.REQUEST for segment in sentence)

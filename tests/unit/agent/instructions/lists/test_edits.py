@@ -128,6 +128,9 @@ def moved(edits: list[str], requests: tuple[str, ...], *, is_before: bool) -> li
         "The table of Anna is dirty, clean it.",
         "I hate the other table, clean it.",
         "The can! Bring them both!",
+        "they will please clean the table",
+        "my wish is that nobody will please clean the table",
+        "do not check the table and, if it is dirty, wipe it down",
     ],
 )
 def test_instructions_that_moved_the_robot_wrongly_are_refused(instruction: str) -> None:
