@@ -21,12 +21,12 @@ from tests.unit.agent.instructions.lists.reference import parametric_modules
 )
 def test_each_thing_is_asked_for_once(text: str, fetched: list[str]) -> None:
     meanings = [one.routed.arguments for one in understand(text, parametric_modules()).errands]
-    said = [
+    asked_for = [
         one["object"] + ("" if one["to"] == "anywhere" else f" to {one['to']}")
         for one in meanings
         if "object" in one
     ]
-    assert said == fetched
+    assert asked_for == fetched
 
 
 @pytest.mark.parametrize(
@@ -41,6 +41,6 @@ def test_each_thing_is_asked_for_once(text: str, fetched: list[str]) -> None:
         "bring both objects, not the can",
     ],
 )
-def test_what_is_not_clear_is_refused(text: str) -> None:
+def test_unclear_sets_are_refused(text: str) -> None:
     with pytest.raises(InstructionError):
         understand(text, parametric_modules())
