@@ -196,12 +196,13 @@ class _Cover(_CoveredWords):
         return length
 
     def _wants_to_act(self, at: int) -> bool:
-        """Return True at the `to` of `i want to fetch it`: the speaker is who fetches."""
-        is_wish = (
-            self._last is self._triggers and bool(self._triggers) and self._triggers[-1][0] in ("i", "we")
-        )
+        """Return True at the `to` of `i want to fetch it` and of `prepare to fetch it`.
+
+        The speaker is who fetches, or nobody yet.
+        """
+        is_behind_verb = self._last is self._triggers and bool(self._triggers)
         follows = self._entry.longest(self._words, at + 1)[0] is self._entry.triggers
-        return self._words[at] == "to" and is_wish and follows
+        return self._words[at] == "to" and is_behind_verb and follows
 
     def _note_description(self, at: int, end: int, value: ValuePhrase) -> None:
         """Note if a place may only say which object: `the left can`, `the can on the left`."""

@@ -290,6 +290,8 @@ def _ends_statement(tokens: Words, at: int) -> bool:
     """Return True at a pause, and, in a transcript without pauses, before `so please` and `could you`."""
     if tokens[at] in (COMMA, COLON):
         return True
+    if at <= 1:
+        return False
     so = tokens[at] == "so"
     opener = english.OPENERS.starting(tokens, at + so)
     is_asked = bool(_POLITE.intersection(opener)) or opener[:2] in _ASKED or (so and len(opener) > 1)
@@ -297,7 +299,9 @@ def _ends_statement(tokens: Words, at: int) -> bool:
     follows_reason = so and tokens[at - 1] not in _BEFORE_DEGREES and not tokens[at - 1].endswith("ly")
     follows_reason = follows_reason and tokens[at + 1 : at + 2] != (COMMA,) and _starts_object(tokens, at + 2)
     follows_reason = follows_reason and english.SUBJECTS.isdisjoint(tokens[at + 1 : at + 2])
-    return at > 1 and (is_asked or follows_reason) and is_statement(tokens[:at])
+    # `they will please wipe it`: what they will do has not been said yet
+    is_open = tokens[at - 1] in _OPEN_MODALS or (tokens[at - 1] == "can" and tokens[at - 2] in _WHO)
+    return not is_open and (is_asked or follows_reason) and is_statement(tokens[:at])
 
 
 def _starts_object(tokens: Words, at: int) -> bool:
@@ -308,6 +312,8 @@ def _starts_object(tokens: Words, at: int) -> bool:
     return is_named or any(english.number_of(word) is not None for word in words)
 
 
+_OPEN_MODALS: Final = english.MODALS - {"can", "need", "needs"}
+_WHO: Final = frozenset({"he", "i", "she", "they", "we", "who", "you"})
 _BEFORE_DEGREES: Final = (
     english.FINITE | english.MODALS | english.DEGREES | {"always", "never", "not", "often"}
 )
@@ -465,20 +471,20 @@ def check_scopes(sentence: Sentence) -> Sentence:
             raise InstructionError(
                 f"is {quoted(segment.text)} wanted in any case? join it by `and`, or say it apart"
             )
-        if before.mood is Mood.PROHIBITION and segment.mood is Mood.REQUEST:
-            ends_itself = before.marker[:2] in _BOUNDED and segment.joint == COMMA
-            # `stop making tea and clean the table`
-            is_gerund = (
-                before.marker in _BEFORE_GERUND and before.words[:1] and english.is_gerund(before.words[0])
+        is_after = before.mood is Mood.PROHIBITION and segment.mood is Mood.REQUEST
+        if is_after and not (segment.is_new or _ends_before(before, segment)):
+            raise InstructionError(
+                f"{quoted(before.text)}, {quoted(segment.text)}: is the second wanted, or prohibited, "
+                "too? say it in two sentences"
             )
-            ends_itself |= bool(is_gerund) and not english.is_gerund(segment.words[0])
-            # `do not fetch it before wiping the table` says an order only
-            is_order = not {"before", "prior"}.isdisjoint(segment.joint.split())
-            if is_order or (segment.link is not Link.THEN and not ends_itself and not segment.is_new):
-                raise InstructionError(
-                    f"{quoted(before.text)}, {quoted(segment.text)}: is the second wanted, or prohibited, "
-                    "too? say it in two sentences"
-                )
+    for before, segment in pairwise(sentence):
+        is_after = before.mood is Mood.PROHIBITION and segment.mood is Mood.CONDITION
+        if is_after and segment.link is not Link.ADJUNCT and "but" not in segment.joint.split():
+            # `do not check it and, if it is dirty, wipe it`
+            raise InstructionError(
+                f"{quoted(before.text)}, {quoted(segment.text)}: is what follows wanted, or prohibited, too? "
+                "say it in two sentences"
+            )
     conditions = [at for at, segment in enumerate(sentence) if segment.mood is Mood.CONDITION]
     requests = sum(segment.mood is Mood.REQUEST for segment in sentence)
     # `…, and if the table is dirty, clean it` and `…, then clean the table if it is dirty`: the condition is
@@ -507,6 +513,30 @@ def check_scopes(sentence: Sentence) -> Sentence:
     return sentence
 
 
+def _ends_before(prohibition: Segment, segment: Segment) -> bool:
+    """Return True if a prohibition ends before a request of its sentence.
+
+    `do not make tea, then wipe the table` may prohibit both, one after the other.
+    """
+    joint = segment.joint.split()
+    if not {"before", "prior"}.isdisjoint(joint):
+        return False  # `do not fetch it before wiping the table` says an order only
+    first = "".join(prohibition.words[:1])
+    is_act = english.is_gerund(first)
+    if is_act and not segment.openers and english.is_gerund("".join(segment.words[:1])):
+        return False  # `instead of making tea, wiping the table, …`
+    marker = prohibition.marker
+    if segment.link is Link.THEN and ("but" in joint or marker[0] in _OF_THINGS):
+        return True
+    # `stop making tea and wipe the table`
+    if (is_act and marker in _BEFORE_GERUND) or (marker[:2] in _BOUNDED and joint == [COMMA]):
+        return True
+    # `I do not want the can, bring me the cup`
+    has_object = segment.words[1:2] and segment.words[1] in _STARTS_THING | _RECEIVERS
+    is_of_thing = marker[-1] in _WANTED and (first in english.DETERMINERS or english.is_plural(first))
+    return is_of_thing and joint == [COMMA] and bool(has_object) and _has_own_verb(segment)
+
+
 def _require_no_contradiction(condition: Segment, governed: Sentence) -> None:
     """Require that no request of a condition is to be done in any case.
 
@@ -520,6 +550,13 @@ def _require_no_contradiction(condition: Segment, governed: Sentence) -> None:
 
 _IF: Final = (("if",), ("when",), ("whenever",))
 _BEFORE_GERUND: Final = (("skip",), ("stop",), ("quit",), ("cease",), ("avoid",), ("without",))
+_OF_THINGS: Final = frozenset(
+    {"avoid", "cease", "drop", "forget", "no", "quit", "skip", "spare", "stop", "without"}
+)
+"""First words of prohibitions of things and of acts by their noun, with which no imperative can go on."""
+
+_WANTED: Final = frozenset({"need", "want"})
+_RECEIVERS: Final = frozenset({"me", "us"})
 _BOUNDED: Final = frozenset(
     {
         ("instead", "of"),

@@ -149,10 +149,16 @@ def _read(
                 if (one.is_whole and (one.starts_with_object or not form.needs_object_first))
                 or (form.words == words and one.repeats(last))
             ] or [one for one in coverages if one.is_whole_without_verb(is_light=segment.is_light)]
-            is_elided = may_elide and last is not None and not whole
+            # `clean the table, then inspect`: of the same table
+            is_another = segment.link in (Link.JOINED, Link.THEN)
+            is_elided = (may_elide or is_another) and last is not None and not whole
             if is_elided and last is not None:
                 named = [one for one in coverages if has_object_of(one.entry.routed, last)]
-                whole = [one for one in named if one.is_verb_alone]
+                whole = [
+                    one
+                    for one in named
+                    if one.is_verb_alone and (may_elide or not one.entry.routed.covers(last))
+                ]
             if len(whole) == 1:
                 return _with_arguments(segment, whole[0], last, refers=is_elided or whole[0].names_pronoun)
             if whole:

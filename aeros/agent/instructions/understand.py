@@ -55,6 +55,7 @@ from aeros.agent.instructions.requests import Request, read_request
 from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
 from aeros.agent.instructions.sentences.corrections import without_corrections
 from aeros.agent.instructions.sentences.names import without_names
+from aeros.agent.instructions.sentences.sets_of_things import without_sets
 from aeros.agent.instructions.spelling import unknown_words, without_slips
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
@@ -194,13 +195,16 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             last = first = None
             pending.pop(0)
             continue
-        for segment, condition in _requests(merged_requests(sentence, tasks, context)):
+        sentence = merged_requests(without_sets(sentence, tasks), tasks, context)
+        for segment, condition in _requests(sentence):
             if segment.mood is Mood.REQUEST and last and is_own_check(segment, last[0], tasks):
                 continue  # `…, then check that it is clean`: the goal says that
             if segment.is_check and not _is_understood(segment, tasks, context):
                 continue
             if segment.mood is Mood.REQUEST:
-                refers = not english.PRONOUNS.isdisjoint(segment.words)
+                refers = any(
+                    word in english.PRONOUNS or english.number_of(word) is not None for word in segment.words
+                )
                 known = context or [_denied(one) for one in prohibited[-1:] if refers]
                 request = read_request(
                     segment, condition, tasks, known, last and last[0].topic, may_elide=is_named
@@ -280,27 +284,51 @@ def _context(
     is not certain which of two objects it is.
     """
     leading = [reason for reason in reasons if reason.link is not Link.ADJUNCT]
+    # `I can't reach the can, could you get it?`: before all requests, a remark says what `it` is, too.
+    leading = leading or [one for one in reasons if not errands and _names_plainly(one.words)]
+    if leading and not _OTHERS.isdisjoint(leading[-1].words):
+        return []  # `I hate the other table, clean it`
     if not leading:
         return [] if errands and errands[-1].is_otherwise else list(errands)
-    words = _without_left_verb(leading[-1].words)
+    words = _without_verbs(leading[-1].words)
     coverages = [cover(entry, words, knows_pronoun=False) for entry in tasks]
     named = [one for one in coverages if one.objects and not one.values.fault]
     if len(named) > 1 and not are_of_one_object([one.routed for one in named]):
+        return []
+    if any(_is_of_somebody(words, phrase) for one in named for phrase in one.objects):
         return []
     # Of several tasks with the named object, the one that knows the part that is named.
     return [Errand(one.routed) for one in sorted(named, key=lambda one: len(one.values.stated))[-1:]]
 
 
-def _without_left_verb(words: Words) -> Words:
-    """Leave out the verb of `somebody left crumbs on the table`, which names no side."""
+def _names_plainly(words: Words) -> bool:
+    """Return True if speakers say something of a thing, and not whose or where it is, or which of several."""
+    return words[:1] in _SPEAKERS[:2] and _OF_OTHERS.isdisjoint(words)
+
+
+def _is_of_somebody(words: Words, thing: Words) -> bool:
+    """Return True for the table of `the table of Anna is dirty`."""
+    ends = (at + len(thing) for at in range(len(words)) if words[at : at + len(thing)] == thing)
+    return any(
+        words[end : end + 1] == ("of",) and english.DETERMINERS.isdisjoint(words[end + 1 : end + 2])
+        for end in ends
+    )
+
+
+def _without_verbs(words: Words) -> Words:
+    """Leave out the verbs of `he left crumbs on the table` and `we can reach it`: no side, and no thing."""
     before = english.DETERMINERS | english.POSSESSIVES | english.TO_PLACES | {"s"}
     return tuple(
         word
         for at, word in enumerate(words)
         if word != "left" or at == 0 or words[at - 1] in before or words[at + 1 : at + 2] in _PLACE_NOUNS
+        if word != "can" or not (words[at - 1 : at] in _SPEAKERS or words[at + 1 : at + 2] == ("t",))
     )
 
 
+_OTHERS: Final = frozenset({"another", "different", "other", "second"})
+_OF_OTHERS: Final = english.POSSESSIVES | english.PLACES | {"my", "of", "other", "our", "s", "your"}
+_SPEAKERS: Final = (("i",), ("we",), ("he",), ("she",), ("they",))
 _PLACE_NOUNS: Final = tuple((word,) for word in english.PLACE_NOUNS)
 
 

@@ -135,8 +135,8 @@ def is_statement(words: Words) -> bool:
         return False
     if len(english.CAUSATIVES.starting(words)) > _SHORT_CAUSATIVE:
         return False  # `it is high time the table was cleaned`
-    if words[0] in english.FILLERS:
-        return False  # `please have it cleaned`
+    if words[0] == "do" or words[0] in english.FILLERS:
+        return False  # `please have it cleaned`, `do have a look`
     first, second = words[0], words[1]
     rest = frozenset(
         word

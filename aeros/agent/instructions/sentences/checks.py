@@ -118,7 +118,7 @@ def _without_own_check(tokens: Words) -> Iterator[Words]:
     elif look:
         # `look at the table and clean it if it is dirty`
         end = next((at for at in range(len(seen)) if seen[at] in ("and", COMMA)), len(seen))
-        thing, rest = seen[:end], seen[end + 1 :]
+        thing, rest = seen[seen[:1] == ("of",) : end], seen[end + 1 :]  # `do a check of the table and …`
         rest = rest[1:] if rest[:1] in ((COMMA,), ("and",)) else rest
         depends = any(english.CONDITIONALS.starting(rest, at) for at in range(len(rest)))
         it = rest.index("it") if "it" in rest else -1

@@ -106,11 +106,25 @@ def without_corrections(
     return instruction, notes
 
 
+_NO_VALUES: Final = (
+    english.SUBJECTS - english.DETERMINERS
+    | english.FINITE
+    | english.MODALS - english.DIRECTIONS
+    | {"if", "pretend", "when", "you"}
+)
+"""Words of a statement or condition: what holds one is no value that a speaker corrects."""
+
 _HOLDING: Final = frozenset({COMMA, "a", "hang", "hold", "minute", "moment", "on", "second", "wait"})
 
 
 def _names_act(words: Words, tasks: Sequence[TaskPhrases]) -> bool:
     return any(cover(entry, without_commas(words), knows_pronoun=True).triggers for entry in tasks)
+
+
+def _names_thing(words: Words, tasks: Sequence[TaskPhrases]) -> bool:
+    """Return True if all words are understood, and state a value or name an object."""
+    found = [cover(entry, without_commas(words), knows_pronoun=False) for entry in tasks]
+    return any((one.values.stated or one.objects) and not one.unknown for one in found)
 
 
 def _is_value(words: Words, tasks: Sequence[TaskPhrases]) -> bool:
@@ -195,6 +209,7 @@ def _corrected(
     asked_before = _read(_text((*correction.before, _sentence(wrong))), read)
     alone = _read(_sentence(right), read)
     stated = _stated(right, tasks)
+    names_thing = _names_thing(right, tasks)
     for start, end in _parts(len(wrong), len(without_commas(right))):
         words = wrong[:start] + right + wrong[end:]
         found = _read(_text((*correction.before, _sentence(words))), read)
@@ -205,6 +220,9 @@ def _corrected(
             # What the sentence said before is not known as a whole; nothing that it said is lost.
             is_known = any(not cover(entry, replaced, knows_pronoun=True).unknown for entry in tasks)
             is_clear = _stated(replaced, tasks) <= stated and (start > 0 or (len(stated) > 0 and is_known))
+            is_thing = end == len(wrong) or replaced[0] in english.DETERMINERS | english.POSSESSIVES
+            is_clear &= is_thing and names_thing and _NO_VALUES.isdisjoint(replaced)
+            is_clear &= start == 0 or not _names_act(replaced, tasks)
         else:
             is_whole = end - start == len(wrong)
             may_be_another = is_whole and not correction.may_go_on and _names_act(right, tasks)

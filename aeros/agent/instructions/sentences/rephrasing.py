@@ -67,14 +67,24 @@ def _with_plain_extents(tokens: Words) -> Words:
             return (*tokens[:at], *tokens[at + 1 :])  # `bring first the can, then …`
         if tokens[at : at + 2] == ("nothing", "but"):
             return (*tokens[:at], "only", *tokens[at + 2 :])
+        if tokens[at] == "but" and tokens[at + 1] in _ARTICLES and _names_all(tokens[:at]):
+            return (*tokens[:at], "except", *tokens[at + 1 :])  # `everything but the can`
         if tokens[at] == "right" and tokens[at + 1 : at + 3] in _RIGHT_AT and tokens[at - 1] not in _ARTICLES:
             return (*tokens[:at], *tokens[at + 1 :])
+        is_piece = tokens[at] in ("piece", "pieces") and tokens[at + 1] == "of"
+        if is_piece and english.number_of(tokens[at - 1]) is not None:
+            return (*tokens[:at], *tokens[at + 2 :])  # `two pieces of cake`
         number = tokens[at + 2 : at + 3] if tokens[at] == "but" and tokens[at + 1] in _ONLY else ()
         if number and english.number_of(number[0]) is not None and tokens[at + 3 : at + 4] in ((), (COMMA,)):
             return (*tokens[:at], *tokens[at + 2 :])  # `make teas, but only one`
         if tokens[at : at + 3] == ("both", "halves", "of"):
             return (*tokens[:at], "all", *tokens[at + 2 :])
     return tokens
+
+
+def _names_all(tokens: Words) -> bool:
+    """Return True for words that end with `everything` or `all objects`."""
+    return tokens[-1] == "everything" or (tokens[-2:-1] == ("all",) and english.is_plural(tokens[-1]))
 
 
 _ARTICLES: Final = english.DETERMINERS | english.POSSESSIVES
@@ -221,9 +231,10 @@ _MAX_PLACED_WORDS: Final = 7
 
 
 def _without_all(tokens: Words) -> Words:
-    """Write `clear it all up`, `clear all of it` and `move each of them` as `clear it up` and `move them`."""
+    """Write `clear it all up`, `clear all of it` and `move them both` as `clear it up` and `move them`."""
     for at, word in enumerate(tokens):
-        if word == "all" and tokens[at - 1 : at] in _PRONOUNS and at:
+        is_all = word == "all" or (word == "both" and "and" in tokens[:at])
+        if is_all and tokens[at - 1 : at] in _PRONOUNS and at:
             return tokens[:at] + tokens[at + 1 :]
         is_of = word in ("all", "each") and tokens[at + 1 : at + 2] == ("of",)
         if is_of and tokens[at + 2 : at + 3] in _PRONOUNS:
@@ -285,20 +296,23 @@ def _with_prohibitions(tokens: Words) -> Words:
     while at < len(tokens):
         link = english.SEQUENCE.starting(tokens, at) or (tokens[at : at + 1] if tokens[at] == COMMA else ())
         if link:
-            clause = _prohibition(tokens[begin:at], before)
+            clause = _prohibition(tokens[begin:at], before, found)
             is_closed = clause[:1] == ("without",) != tokens[begin : begin + 1] or (is_closed and not clause)
             # What is left alone ends before `and`: no second thing is prohibited.
             found += clause + (link if not is_closed or link != ("and",) else (COMMA,) if clause else ())
-            begin, before = at + len(link), link
+            # `…, and` parts more than `and`
+            before = before if (*before, *link) == (COMMA, "and") and at == begin else link
+            begin = at + len(link)
         at += len(link) or 1
-    return found + _prohibition(tokens[begin:], before)
+    return found + _prohibition(tokens[begin:], before, found)
 
 
-def _prohibition(clause: Words, link: Words) -> Words:
+def _prohibition(clause: Words, link: Words, earlier: Words) -> Words:
     # `fetch it before wiping the table is forbidden` may forbid both
     may_be_of_both = bool(link) and link[-1] not in (COMMA, "and", "but", "then")
     for at in range(1, len(clause) if clause[:1] not in _SPEAKERS and not may_be_of_both else 0):
-        if duty := english.NEGATIVE_DUTIES.starting(clause, at):
+        duty = english.NEGATIVE_DUTIES.starting(clause, at)
+        if duty and not (link and "be" not in duty and _may_forbid_more(clause, link, earlier)):
             return ("do", "not", *clause[:at], *clause[at + len(duty) :])
     if clause[:1] == ("no",) and clause[-2:-1] in (("is",), ("are",)) and clause[-1] in _WANTED:
         return clause[:-2]  # `no teas are needed`
@@ -313,6 +327,17 @@ def _prohibition(clause: Words, link: Words) -> Words:
         # As after `without`, the prohibition ends here.
         return ("without", *rest[1 : -len(end)])
     return clause
+
+
+def _may_forbid_more(clause: Words, link: Words, earlier: Words) -> bool:
+    """Return True for `the cup is forbidden` of `fetch the can and the cup is forbidden`.
+
+    Only after a pause, a subject of its own can begin, and none that goes on with a list of acts.
+    """
+    is_act = english.is_act_noun(clause[0])
+    is_thing = is_act or clause[0] in _ARTICLES or english.is_plural(clause[0])
+    is_listed = is_act and earlier[:1] != () and english.is_act_noun(earlier[0])
+    return link[-1] not in (COMMA, "but") or not is_thing or is_listed
 
 
 _REWRITES: Final[tuple[Callable[[Words], Words], ...]] = (

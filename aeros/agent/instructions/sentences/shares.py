@@ -23,6 +23,8 @@ _MAX_NOUN: Final = 3
 _DETERMINERS: Final = english.DETERMINERS | english.POSSESSIVES
 _NUMBERS: Final = {2: "two", 3: "three", 4: "four", 5: "five"}
 _RECEIVERS: Final = frozenset({"me", "us", "him", "her", "them"})
+_ONE_PERSON: Final = frozenset({"me", "him", "her"})
+_SEVERAL: Final = frozenset({"children", "company", "everybody", "everyone", "family", "people", "team"})
 _NO_RECEIVER: Final = english.BARRED | english.NEGATIVES | english.TO_PLACES | NO_NAMES
 
 
@@ -46,11 +48,12 @@ def without_shares(tokens: Words) -> Words:
 
     Returns:
         `two teas` for `two teas, one for me and one for Ben`, and `two tea for me` for `a tea for me and one
-        for Ben`.
+        for Ben` and for `a tea each for me and Ben`.
 
     Raises:
         InstructionError: the shares are not as many as the number before them.
     """
+    tokens = _without_each(tokens)
     for at in range(len(tokens)):
         first = _share_at(tokens, at)
         if first is None:
@@ -71,6 +74,26 @@ def without_shares(tokens: Words) -> Words:
         text = " ".join(tokens[at:end]).replace(f" {COMMA}", COMMA)
         raise InstructionError(f"{quoted(text)} are {number} shares, and no such number is said before them")
     return tokens
+
+
+def _without_each(tokens: Words) -> Words:
+    """Write `a tea each for me and Ben` as `a tea for me and one for Ben`."""
+    for at in range(2, len(tokens) - 3):
+        if tokens[at : at + 2] != ("each", "for"):
+            continue
+        first = _one_receiver(tokens, at + 2)
+        second = _one_receiver(tokens, first + 1) if tokens[first : first + 1] == ("and",) else 0
+        if first and second and tokens[second : second + 1] in ((), (COMMA,), ("please",)):
+            return (*tokens[:at], *tokens[at + 1 : first + 1], "one", "for", *tokens[first + 1 :])
+    return tokens
+
+
+def _one_receiver(tokens: Words, at: int) -> int:
+    """Return the place after the name of one person; 0 if no such words begin at a place."""
+    end = at + 1 + (not _DETERMINERS.isdisjoint(tokens[at : at + 1]))
+    name = "".join(tokens[end - 1 : end])
+    is_name = name in _ONE_PERSON or (name not in _NO_RECEIVER | _RECEIVERS | _SEVERAL and name != "")
+    return end if is_name and not english.is_plural(name) else 0
 
 
 def _share_at(tokens: Words, at: int) -> _Share | None:

@@ -63,6 +63,7 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
             words = _without_like(tuple(word for word in spoken if word not in english.HESITATIONS))
             is_between = tokens and tokens[-1] != COLON and number < len(parts)
             if is_between and words in english.ASIDES:
+                goes_on = tokens[-1] == "you"  # `could you, like, make a tea`
                 continue
             if is_between and tokens[-1] in _GOES_ON and words in english.CLOSERS:
                 goes_on = True  # `could you, when you have time, make a tea`

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.wordings.wording import WANT, Wording
+
+_OF_CLAUSES: Final = (("if",), ("that",), ("could",))
 
 
 def wishes(wording: Wording) -> Iterator[Wording]:
@@ -27,6 +30,9 @@ def wishes(wording: Wording) -> Iterator[Wording]:
         yield wording.with_words(WANT + words[len(marker) :])
     if end := english.WISH_ENDS.ending(words):
         wanted = words[: -len(end)]
+        causative = english.CAUSATIVES.starting(wanted)
+        if causative[-1:] in _OF_CLAUSES:
+            wanted = wanted[len(causative) :]  # `it would be nice if a wipe of the table could be done`
         yield wording.with_object_first(WANT + wanted)
         # `a wipe of the table would be nice`; `wipe the table is on the menu` asks for nothing
         is_named = wanted[:1] and (wanted[0] in english.DETERMINERS or english.is_act_noun(wanted[0]))

@@ -52,6 +52,8 @@ FLOORS = {
     "unseen_24": 0.87,
     "unseen_25": 0.84,
     "unseen_26": 0.89,
+    "unseen_27": 0.9,
+    "unseen_28": 0.78,
     "authors_2": 0.95,
     "authors_3": 0.96,
     "authors_4": 0.97,

@@ -20,6 +20,9 @@ from aeros.agent.instructions.sentences.shares import without_shares
         ("make a tea for me and one for her can wait", "make two tea for me can wait"),
         ("make a tea for me and one for sunday", "make a tea for me and one for sunday"),
         ("make one for me", "make one for me"),
+        ("make a tea each for me and my wife", "make two tea for me"),
+        ("make a tea each for me and the kids", "make a tea each for me and the kids"),
+        ("make a tea each for me and Ben and Mia", "make a tea each for me and Ben and Mia"),
         ("bring the can for me and the block for her", "bring the can for me and the block for her"),
     ],
 )
