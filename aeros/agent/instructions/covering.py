@@ -196,10 +196,7 @@ class _Cover(_CoveredWords):
         return length
 
     def _wants_to_act(self, at: int) -> bool:
-        """Return True at the `to` of `i want to fetch it` and of `prepare to fetch it`.
-
-        The speaker is who fetches, or nobody yet.
-        """
+        """Return True at the `to` of `i want to fetch it` and `prepare to fetch it`: nobody fetches yet."""
         is_behind_verb = self._last is self._triggers and bool(self._triggers)
         follows = self._entry.longest(self._words, at + 1)[0] is self._entry.triggers
         return self._words[at] == "to" and is_behind_verb and follows

@@ -17,8 +17,8 @@ from aeros.sim.bullet.robot_urdf import load_robot_body
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import RobotOptions
+from tests.described import described, xml_lines
 from tests.reports_in_full import compare_with_section
-from tests.unit.sim.described import described, xml_lines
 from tests.unit.sim.robot.panda import PANDA, ZEROS, with_zeros
 
 MADE = replace(PANDA, stock_urdf=None)

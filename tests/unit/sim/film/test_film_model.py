@@ -13,8 +13,8 @@ from aeros.sim.film.film_model import HIDDEN_GROUP, FilmModel, HullArm, MeshArm,
 from aeros.sim.film.person_shapes import stances_of
 from aeros.sim.film.recording import Actor, Recording, RecordingError
 from aeros.sim.pictures.visual_shapes import VisualShape
+from tests.described import described
 from tests.reports_in_full import compare_with_section
-from tests.unit.sim.described import described
 from tests.unit.sim.film.recordings import ROBOT, recording, samples
 
 URDF = "franka_panda/panda.urdf"

@@ -9,8 +9,8 @@ import pytest
 from aeros.sim.film.captions import Caption, PersonSeparation, Status, ZoneFigure
 from aeros.sim.film.marks import marks_of, tool_path
 from aeros.sim.film.scene_pictures import FloorRing, Line, Zone
+from tests.described import lines
 from tests.reports_in_full import compare_with_section
-from tests.unit.sim.described import lines
 from tests.unit.sim.film.recordings import READY, ROBOT, samples
 
 

@@ -24,8 +24,8 @@ from aeros.sim.film.overlay import (
     mark_detections,
 )
 from aeros.sim.geometry import Camera
+from tests.described import described
 from tests.reports_in_full import compare_with_section
-from tests.unit.sim.described import described
 
 BLANK = np.full((720, 1280, 3), 255, dtype=np.uint8)
 

@@ -9,8 +9,8 @@ import pytest
 
 from aeros.runtime.ports import PersonFigure
 from aeros.sim.film.person_shapes import PERSON_PARTS, Stance, part_poses, stances_of
+from tests.described import lines
 from tests.reports_in_full import compare_with_section
-from tests.unit.sim.described import lines
 from tests.unit.sim.film.recordings import samples
 
 

@@ -11,8 +11,8 @@ from aeros.sim.geometry import UPRIGHT, Pose
 from aeros.sim.mujoco.client import mujoco
 from aeros.sim.mujoco.model import GrowingModel, pose_of, wxyz
 from aeros.sim.mujoco.plans import AT_ORIGIN, Friction, Inertia, JointPlan, LinkPlan, ShapePlan
+from tests.described import lines, xml_lines
 from tests.reports_in_full import compare_with_file
-from tests.unit.sim.described import lines, xml_lines
 
 pytestmark = pytest.mark.physics
 

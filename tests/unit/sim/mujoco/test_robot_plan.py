@@ -13,8 +13,8 @@ from aeros.sim.mujoco.robot_plan import FINGERS, arm_joints, plan_robot
 from aeros.sim.robot.kinematics import forward_kinematics
 from aeros.sim.robot.model import RobotModel
 from aeros.sim.robot.robot import RobotOptions
+from tests.described import lines
 from tests.reports_in_full import compare_with_section
-from tests.unit.sim.described import lines
 from tests.unit.sim.robot.panda import FLANGE_TO_TOOL, PANDA, with_zeros
 
 

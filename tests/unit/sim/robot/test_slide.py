@@ -10,9 +10,9 @@ import pytest
 from aeros.runtime.ports import MotionCompletion, Trajectory
 from aeros.sim.kinematic.plant import KinematicPlant, make_plant
 from aeros.skill import act
+from tests.described import described
 from tests.reports_in_full import compare_with_file
 from tests.shipped_scenes import shipped_scene
-from tests.unit.sim.described import described
 
 
 @pytest.fixture

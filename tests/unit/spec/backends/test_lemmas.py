@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 
 from aeros.spec.backends import lemmas
 from aeros.spec.backends.lemmas import MAX_LEMMAS, lemmas_for, relating_lemmas
+from aeros.spec.backends.length_lemmas import length_lemmas
+from aeros.spec.backends.square_lemmas import square_lemmas
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import values_by_scalar
+from aeros.spec.expr.lower import lower, values_by_scalar
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.random_conditions import ConditionCase, cases, exact_environment
 from aeros.spec.expr.random_terms import VARIABLES
@@ -268,3 +270,40 @@ def test_a_lemma_of_a_product_is_true_for_any_premise(bound: str, op: str) -> No
     for lemma in relating_lemmas(terms_of(*texts)):
         if isinstance(lemma, t.Implies):
             assert all(is_true(lemma, point) for point in POINTS)
+
+
+@pytest.mark.parametrize("write", [lemmas_for, relating_lemmas])
+def test_lengths_and_the_nearest_point_have_lemmas_of_their_own(write: Callable[..., list[t.Term]]) -> None:
+    terms = terms_of("norm(p) <= 2 m", "norm(q) <= 3 m", "dot(p, q) >= 6 m*m")
+    parts = [one for term in terms for one in t.walk([lower(term)])]
+    near = {f"{point}.{axis}": float(size) for point, size in (("p", 2), ("q", 3)) for axis in "xyz"}
+    assert {*length_lemmas(parts), *square_lemmas(parts, {})} <= {*write(terms)}
+    assert {*write(terms, {}, near)} - {*write(terms)} == {*square_lemmas(parts, near)} - {*write(terms)}
+    assert len({*write(terms, {}, near)}) > len({*write(terms)})
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [
+        ("abs(x) + abs(y) <= 4 m", 2 + 2),  # x * y beside each size, and the square of each
+        ("abs(x) + abs(y) >= 4 m", 0),
+        ("abs(x) + y <= 4 m", 0),
+        ("abs(x) + abs(y) + abs(p.x) <= 4 m", 2 + 3),
+        ("abs(x) + abs(y) + p.x <= 4 m", 0),
+    ],
+)
+def test_a_bound_of_a_sum_of_sizes_bounds_each_of_them(text: str, count: int) -> None:
+    found = [one for one in relating_lemmas(terms_of(text, "x * y <= 8 m*m")) if isinstance(one, t.Implies)]
+    of_sums = {*length_lemmas(list(t.walk(map(lower, terms_of(text)))))}
+    of_each = [one for one in found if one not in of_sums]
+    assert len(of_each) == count
+    for x in range(-6, 7):
+        for y in range(-6, 7):
+            point = {"x": Fraction(x), "y": Fraction(y), "p.x": Fraction(x - y)}
+            assert all(is_true(one, point) for one in of_each)
+    tight = {"x": Fraction(4), "y": Fraction(4), "p.x": Fraction(4)}
+    conclusions = [
+        one for lemma in of_each for one in t.walk([lemma.conclusion]) if isinstance(one, t.Compare)
+    ]
+    assert all(is_true(one, tight) for one in conclusions)
+    assert sum(evaluate(one.left, tight) == evaluate(one.right, tight) for one in conclusions) == count
