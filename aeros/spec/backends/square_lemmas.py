@@ -72,13 +72,13 @@ def _squares_that_vanish(
         yield from (_weighted({one: Fraction(1), _ONE: -simple}) for simple in _nearby(value))
 
 
-def _value(linear: _Linear, near: Mapping[str, float]) -> float:
-    return sum(float(factor) * (near[name] if name else 1.0) for name, factor in linear)
+def _value(linear: _Linear, near: Mapping[str, float]) -> Fraction:
+    return sum((factor * Fraction(near[name] if name else 1) for name, factor in linear), Fraction(0))
 
 
-def _nearby(value: float) -> list[Fraction]:
+def _nearby(value: Fraction) -> list[Fraction]:
     """Return fractions near a number, simple ones first."""
-    fractions = [Fraction(value).limit_denominator(most) for most in (20, _FINENESS)]
+    fractions = [value.limit_denominator(most) for most in (20, _FINENESS)]
     return list(dict.fromkeys(fractions))
 
 

@@ -35,6 +35,8 @@ _SHARES: Final = (1.0, 0.3, 0.05)  # of a step that are tried
 _DAMPINGS: Final = (1e-9, 1e-2)  # of the equations of a step, as shares of their largest coefficient
 _ROWS: Final = 45  # residuals that one step mends, the largest
 _CLOSE: Final = 1e-20  # cost at which a point is judged
+_MOST: Final = 1e100  # of the largest constant, for starts
+_TINY: Final = 1e-300  # for a coefficient of the equations of a step that is 0
 
 _Point = dict[str, float]
 """Value of each scalar variable; 1 is true, 0 is false."""
@@ -87,11 +89,13 @@ def search(question: Question) -> SearchResult:
     nearest: _Point = {}
     least = math.inf
     for point, cost in _ends(condition, scalars, question.ranges):
+        if not all(map(math.isfinite, point.values())):
+            continue
         for digits in _DIGITS if cost <= _CLOSE else ():
             exact = {one.name: _exact(one, point[one.name], digits) for one in scalars}
             if _is_within(exact, question) and is_true(condition, exact):
                 return SearchResult(exact, point)
-        if cost < least and all(map(math.isfinite, point.values())):
+        if cost < least:
             nearest, least = point, cost
     return SearchResult(None, nearest)
 
@@ -121,8 +125,9 @@ def _ends(
     if len(parts) > MAX_PARTS or has_enums:
         return
     draw = random.Random(0)  # noqa: S311 — no secret
-    largest = max((abs(float(one)) for one in t.constants_in([condition])), default=0.0) or 1.0
-    limits = {name: (float(low), float(high)) for name, (low, high) in ranges.items()}
+    largest = max((abs(_double(one)) for one in t.constants_in([condition])), default=0.0) or 1.0
+    largest = min(largest, _MOST)
+    limits = {name: (_double(low), _double(high)) for name, (low, high) in ranges.items()}
     left = min(_WORK // (len(parts) + 4 * len(scalars) + 20), _EVALUATIONS)
     for spread, slack in cycle(product(_SPREADS, _SLACKS)):
         start = {
@@ -205,6 +210,7 @@ def _weights(rows: Sequence[_Number], damping: float) -> list[float]:
     for number, equation in enumerate(equations):
         equation[number] += extra
     for number, pivot in enumerate(equations):
+        pivot[number] = pivot[number] or _TINY  # a product of slopes may be too small for a double
         for other in equations[number + 1 :]:
             factor = other[number] / pivot[number]
             other[number:] = [x - factor * y for x, y in zip(other[number:], pivot[number:], strict=True)]
@@ -249,11 +255,9 @@ def _repair(term: t.Term, wanted: bool, point: _Point, slack: float) -> _Repair:
                 holds = (off.value == 0.0) is wanted
             else:
                 apart, holds = slack, off.value <= -slack
-            return (
-                _NOTHING
-                if holds
-                else _Repair((_Number(off.value + apart, off.slopes),), (), (off.value + apart) ** 2)
-            )
+            residual = off.value + apart
+            # A product of doubles that is too large is infinite; a power would raise an error.
+            return _NOTHING if holds else _Repair((_Number(residual, off.slopes),), (), residual * residual)
         case _:
             raise AssertionError(f"not a condition: {term}")
 
@@ -273,7 +277,7 @@ def _one_of(each: Iterable[_Repair]) -> _Repair:
 def _number(term: t.Term, point: _Point) -> _Number:
     match term:
         case t.Literal(value=Fraction() as value):
-            return _Number(float(value), {})
+            return _Number(_double(value), {})
         case t.Variable(name=name):
             return _Number(point[name], {name: 1.0})
         case t.Add(left=left, right=right):
@@ -293,6 +297,14 @@ def _number(term: t.Term, point: _Point) -> _Number:
             return _number(then if holds else otherwise, point)
         case _:
             raise AssertionError(f"not a number: {term}")
+
+
+def _double(value: Fraction) -> float:
+    """Return the double next to a number; infinity beyond the largest."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
 
 
 def _scaled(number: _Number, factor: float) -> _Number:

@@ -18,13 +18,12 @@ of any other, nothing says how likely it is to be late.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
 from operator import add, contains
-from types import MappingProxyType
 from typing import Final, Literal
 
 from aeros.spec.closed_loop.giving_up import RunHistory
@@ -186,8 +185,8 @@ class ComposedRun(_SkillRuns):
         is_over: tells whether the goal is reached, after which nothing more starts.
         stop: makes the invocation that stands for the stop of a part.
         is_late: tells whether a part may take longer than its time.
-        uncertain: places in a state of predicates that may be unknown although everything is measured, by
-            name: a branch that one of them decides may fail, with probability 0.
+        uncertain: predicates that may be unknown although everything is measured: a branch whose condition
+            reads one of them may fail, with probability 0.
 
     Raises:
         HandlerCycleError: its handlers lead back to each other.
@@ -209,7 +208,7 @@ class ComposedRun(_SkillRuns):
         is_over: Callable[[State], bool],
         stop: Callable[[StoppablePart[Step]], Invocation],
         is_late: Callable[[TimedPart[Step]], bool],
-        uncertain: Mapping[str, int] = MappingProxyType({}),
+        uncertain: Collection[str] = (),
     ) -> None:
         if handler_cycle(composition):
             raise HandlerCycleError(composition)
@@ -218,7 +217,7 @@ class ComposedRun(_SkillRuns):
         self._condition = condition
         self._stop = stop
         self._is_late = is_late
-        self._uncertain = dict(uncertain)
+        self._uncertain = {*uncertain}
         self._conditions: dict[int, StateCondition] = {}
         self._losses: dict[int, Invocation] = {}
         self._may_go_on = False
@@ -296,8 +295,8 @@ class ComposedRun(_SkillRuns):
         holds = self._decider(part, part.condition)
         done = {state: weight for state, weight in before.items() if self._is_over(state)}
         left = {state: weight for state, weight in before.items() if state not in done}
-        read = [place for name, place in self._uncertain.items() if name in t.variables_of(part.condition)]
-        _add(failed, {state: NOTHING for state in left if not _is_decided(state, read, holds)})
+        if not self._uncertain.isdisjoint(t.variables_of(part.condition)):
+            _add(failed, dict.fromkeys(left, NOTHING))
         then = {state: weight for state, weight in left.items() if holds(state)}
         other = {state: weight for state, weight in left.items() if state not in then}
         _add(done, self._part(part.then, then, role, failed))
@@ -408,15 +407,6 @@ class ComposedRun(_SkillRuns):
         else:
             _add(failed, lost)
         return done
-
-
-def _is_decided(state: State, unknown: Sequence[int], holds: StateCondition) -> bool:
-    """Tell if a condition has one value, whatever the truth values at some places of a state are."""
-    values = set[bool]()
-    for chosen in product(*(((place, False), (place, True)) for place in unknown)):
-        changed = dict(enumerate(state)) | dict(chosen)
-        values.add(holds(tuple(changed.values())))
-    return len(values) == 1
 
 
 def _stopped(invocation: Invocation, state: State) -> list[State]:

@@ -252,8 +252,7 @@ class TransitionSystem(_RulePlans):
         self._looked_up = [(index, place) for index, place in enumerate(places) if place is not None]
         self._decided = [index for index, place in enumerate(places) if place is None]
         self._settable = settable
-        uncertain = uncertain_predicates(definitions)
-        self._uncertain = {name: place for place, name in enumerate(self.names) if name in uncertain}
+        self._uncertain = uncertain_predicates(definitions)
         self._steps = [[self._way(one, rule) for one in ecm.alternatives(rule.skill)] for rule in task.rules]
         self._providers = [ecm.providers(rule.skill) for rule in task.rules]
         self._recoveries = {

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import Any, Final
 
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
@@ -75,8 +74,8 @@ class CompositionPlaces:
         add: adds a place with its moves.
         find_skill: describes a skill with constant inputs.
         describe_stop: describes the stop of a part as a skill.
-        uncertain: predicates that may be unknown although everything is measured; an `if` that one of them
-            decides may fail.
+        uncertain: predicates that may be unknown although everything is measured; an `if` whose condition
+            reads one of them may fail.
     """
 
     def __init__(
@@ -174,8 +173,8 @@ class CompositionPlaces:
         condition, open_ = lower(part.condition), negate(self._goal)
         other = failed if part.otherwise is None else self._part(part.otherwise, done, failed)
         then = self._part(part.then, done, failed)
-        undecided = _undecided(condition, self._uncertain)
-        unknown = ProgramBranch(undecided, (End(t.TRUE, failed),), is_likely=False)
+        is_certain = self._uncertain.isdisjoint(t.variables_of(part.condition))
+        unknown = ProgramBranch(t.TRUE, (End(t.TRUE, failed),), is_likely=False)
         return self._add(
             step(self._goal, done),
             *(
@@ -183,7 +182,7 @@ class CompositionPlaces:
                     all_of(open_, holds),
                     (
                         ProgramBranch(t.TRUE, (End(t.TRUE, target),)),
-                        *([] if undecided == t.FALSE else [unknown]),
+                        *([] if is_certain else [unknown]),
                     ),
                 )
                 for holds, target in ((condition, then), (negate(condition), other))
@@ -344,13 +343,3 @@ def _moved(
         ends=tuple(End(end.guard, following[end.target]) for end in branch.ends),
         is_likely=branch.is_likely and is_in_turn,
     )
-
-
-def _undecided(condition: t.Term, uncertain: Collection[str]) -> t.Term:
-    """Make the condition that a condition may be unknown, although everything is measured."""
-    names = sorted(t.variables_of(condition).keys() & uncertain)
-    known = [
-        lower(t.substitute(condition, dict(chosen)))
-        for chosen in product(*(((name, t.FALSE), (name, t.TRUE)) for name in names))
-    ]
-    return all_of(any_of(known), any_of([negate(one) for one in known])) if names else t.FALSE

@@ -5,6 +5,7 @@ from fractions import Fraction
 import pytest
 from hypothesis import given
 
+from aeros.spec.backends.lemmas import lemmas_for
 from aeros.spec.backends.solver_results import Question
 from aeros.spec.backends.violation_search import MAX_PARTS, search
 from aeros.spec.expr import terms as t
@@ -77,6 +78,34 @@ def test_a_point_that_is_found_meets_the_conditions(case: ConditionCase) -> None
     found = search(wanted).found
     if found is not None:
         assert is_true(case.term, values_by_variable(wanted.variables, found))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "n * n * n * n * n * n * n * n >= 1e300",  # a residual whose square is no double
+        "n * n * 1e-170 >= 1e-165",  # slopes whose product is no double
+        "n * 1e-200 >= 1",
+        "n >= 1e309",  # a constant that is no double
+        "n * laps >= 1e310 and laps <= -1e309",
+        "1e310 * n * (1e310 * n + 1) <= -1",
+    ],
+)
+def test_numbers_beyond_doubles_raise_no_error(text: str) -> None:
+    unbounded = question(text)._replace(ranges={})
+    point = search(unbounded)
+    if point.found is not None:
+        assert is_true(unbounded.terms[0], point.found)
+    for lemma in lemmas_for(unbounded.terms, near=point.nearest):
+        assert is_true(lemma, dict.fromkeys(("n", "laps"), Fraction(3)))
+
+
+@pytest.mark.parametrize(
+    "bounds", [(Fraction(10) ** 310, Fraction(10) ** 311), (-(Fraction(10) ** 311), Fraction(0))]
+)
+def test_a_range_beyond_doubles_raises_no_error(bounds: tuple[Fraction, Fraction]) -> None:
+    found = search(question("n * n >= 1 and a")._replace(ranges={"n": bounds})).found
+    assert found is None or bounds[0] <= Fraction(found["n"]) <= bounds[1]
 
 
 def test_the_same_question_has_the_same_answer() -> None:
