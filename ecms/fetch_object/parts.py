@@ -60,16 +60,15 @@ def _step(part: Mask, points: Points) -> float:
 def _standing_apart(part: Mask, points: Points) -> list[Mask]:
     """Take a part apart by the squares of the ground that its points are over."""
     edge = max(APART_CELL, APART_STEPS * _step(part, points))
-    cells = (points[part][:, :2] / edge).astype(np.intp)
+    cells = np.floor(points[part][:, :2] / edge).astype(np.intp)
     cells -= cells.min(axis=0)
     rows, columns = (cells.max(axis=0) + 1).tolist()
     at = cells[:, 0] * columns + cells[:, 1]
-    labels, count = connected_components(np.bincount(at, minlength=rows * columns).reshape(rows, columns) > 0)
+    labels, _ = connected_components(np.bincount(at, minlength=rows * columns).reshape(rows, columns) > 0)
     found = labels.ravel()[at]
     alone: list[Mask] = []
-    for number in range(1, count + 1):
+    for number in np.flatnonzero(np.bincount(found) >= MIN_PIXELS).tolist():
         one = np.zeros_like(part)
         one[part] = found == number
-        if int(one.sum()) >= MIN_PIXELS:
-            alone.append(one)
+        alone.append(one)
     return alone

@@ -300,7 +300,8 @@ def find_object(view: View) -> Perception:
                     seen_above = found["object_position"]
                 else:
                     given = {**view.readings, **_remembered(known)}
-                    found = _look(picture, kind, name == "mast", stands, given)
+                    mask, larger = _find_kind(picture, kind, stands, view.readings)
+                    found = _look(picture, kind, name == "mast", mask, given)
                     if found["object_seen"] == (True,):
                         seen_above = None
                     elif name == "mast" and seen_above and not _shows(picture, seen_above[0], kind):
@@ -321,7 +322,7 @@ def find_object(view: View) -> Perception:
                 if is_look:
                     points = picture.points()
                     shown = (points, is_lit_for(picture.rgb, kind.colour))
-                    unlike = points[_find_kind(picture, points, kind, stands, view.readings)[1]]
+                    unlike = points[larger]
                 partly = found.get("object_dark_place")
                 last = _last(known) if partly is None else partly[0]
                 is_partly = partly is not None
@@ -500,14 +501,13 @@ def _aside(points: Points, place: Place) -> float:
 
 
 def _look(
-    picture: Picture, kind: Kind, is_mast: bool, stands: Points, given: Mapping[str, Any]
+    picture: Picture, kind: Kind, is_mast: bool, mask: Mask, given: Mapping[str, Any]
 ) -> dict[str, tuple[Any, ...] | None]:
     """Return value and uncertainty of what a picture shows; None for a value that is no longer known.
 
     Only the mast's camera sees if there is room for a hand around it, and if it is where it belongs.
     """
     points, belongs = picture.points(), _place(given)
-    mask, _ = _find_kind(picture, points, kind, stands, given)
     values: dict[str, tuple[Any, ...] | None] = {}
     if belongs is not None and is_mast:
         x, y, surveyed = belongs
@@ -724,13 +724,12 @@ def _floor_points(picture: Picture, kind: Kind, given: Mapping[str, Any]) -> tup
     return points[low], is_lit[low]
 
 
-def _find_kind(
-    picture: Picture, points: Points, kind: Kind, stands: Points, given: Mapping[str, Any]
-) -> tuple[Mask, Mask]:
+def _find_kind(picture: Picture, kind: Kind, stands: Points, given: Mapping[str, Any]) -> tuple[Mask, Mask]:
     """Return the largest part of the object's colour that is not larger than it, and all that are larger.
 
     Robot, carriage and floor are grey, so what is on them counts for no grey object.
     """
+    points = picture.points()
     mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
     if _is_grey(kind):
         mask &= _is_off_robot(points, given)

@@ -106,9 +106,11 @@ class Search(NamedTuple):
         if last is not None:
             is_last_dark |= not dark.keys().isdisjoint(_cells(np.array([last]), low))
         needed = SEARCHED_SHARE * whole
+        # Larger things beyond the area are in the way of nothing in it.
+        shown_or_larger = len(lit) + rows * columns - len(inner)
         is_absent = len(lit) >= needed and not is_partly_dark and not larger
-        is_unlike = bool(larger) and len(lit) + len(larger) >= needed and not is_last_dark
-        is_darkened = is_last_dark or (bool(dark) and len(lit) + len(dark) + len(larger) >= needed)
+        is_unlike = bool(larger) and shown_or_larger >= needed and not is_last_dark
+        is_darkened = is_last_dark or (bool(dark) and shown_or_larger + len(dark) >= needed)
         amid = last if is_last_dark else _amid(dark.values())
         amid_larger = _amid(larger.values())
         return {

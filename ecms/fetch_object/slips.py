@@ -12,6 +12,9 @@ LIFTED = 0.10
 SHUT_BELOW = 0.0145
 """Gap of fingers that closed on nothing, m: less than the narrowest that they hold. Open ones are wider."""
 
+WIDER = 0.003
+"""Rise of the gap over that of the grip from which on the fingers open, m: the object was let go."""
+
 SLIPS_OUT = 2
 """Slips in a row that are more than chance."""
 
@@ -22,12 +25,16 @@ class Slips(NamedTuple):
     Attributes:
         wanted: the object that is wanted; None if that is unknown.
         gripped_at: height of the tool where the fingers closed on it, m; None if they do not hold it.
+        gap: of the fingers that held it last, m.
         times: slips since it was last lifted, or since it is wanted.
+        is_lifted: it was lifted in this grip, so that a loss is no slip.
     """
 
     wanted: str | None = None
     gripped_at: float | None = None
+    gap: float = 0.0
     times: int = 0
+    is_lifted: bool = False
 
 
 NO_SLIP = Slips()
@@ -35,6 +42,8 @@ NO_SLIP = Slips()
 
 def slips_with(slips: Slips, given: Mapping[str, Any], held: bool | None) -> Slips:
     """Note what the hand feels now.
+
+    Fingers that neither hold it any more nor are shut or wider are still on their way.
 
     Args:
         slips: what was felt before.
@@ -48,10 +57,12 @@ def slips_with(slips: Slips, given: Mapping[str, Any], held: bool | None) -> Sli
         slips = Slips(given.get("object"))
     if held is None or "tool_position" not in given:
         return slips
-    height = given["tool_position"][2]
-    at = slips.gripped_at
+    height, gap, at = given["tool_position"][2], given["finger_gap"], slips.gripped_at
     if held:
         at = height if at is None else at
-        return Slips(slips.wanted, at, 0 if height - at > LIFTED else slips.times)
-    is_slip = at is not None and given["finger_gap"] < SHUT_BELOW
-    return Slips(slips.wanted, None, slips.times + is_slip)
+        is_lifted = slips.is_lifted or height - at > LIFTED
+        return Slips(slips.wanted, at, gap, 0 if is_lifted else slips.times, is_lifted)
+    if at is None or SHUT_BELOW <= gap <= slips.gap + WIDER:
+        return slips
+    is_slip = gap < SHUT_BELOW and not slips.is_lifted
+    return Slips(slips.wanted, times=slips.times + is_slip)

@@ -771,14 +771,15 @@ def test_places_that_were_looked_over_before_the_object_was_missed_do_not_count(
     assert missed == after > 0.0
 
 
-@pytest.mark.parametrize(("gap", "fits"), [(0.10, True), (0.04, True), (0.005, False)])
+@pytest.mark.parametrize("start_at", [0.0, -0.05])
+@pytest.mark.parametrize(("gap", "fits"), [(0.10, True), (0.04, True), (0.025, True), (0.005, False)])
 def test_things_of_a_kind_that_are_one_part_of_a_picture_are_separated_by_their_places(
-    gap: float, fits: bool
+    gap: float, fits: bool, start_at: float
 ) -> None:
     points = np.zeros((40, 40, 3))
     points[:, :, 1] = np.linspace(0.0, 0.04, 40)
     points[:20, :, 0], points[20:, :, 0] = (
-        np.linspace(start, start + 0.04, 20)[:, None] for start in (0.0, 0.04 + gap)
+        np.linspace(start, start + 0.04, 20)[:, None] for start in (start_at, start_at + 0.04 + gap)
     )
     part, larger = parts_of(np.ones((40, 40), np.bool_), points, 0.045)
     assert bool(part is not None and int(part.sum()) == 800) is fits
@@ -803,6 +804,11 @@ def test_a_thing_of_its_colour_that_is_larger_is_no_proof_that_it_is_not_there()
     # A later picture shows something else there.
     gone = search.look_at(2.0, points, lit, stands, None, unlike=red[:0])
     assert (gone["object_absent"].value, gone["object_unlike"].value) == (True, False)
+    # One outside of the searched area stands for no square of it.
+    outside = np.stack(np.meshgrid(np.arange(0.4, 0.6, 0.02), np.arange(-0.3, 0.7, 0.02), [0.0]), axis=-1)
+    search = Search({}, {}, {})
+    partly = search.look_at(0.0, points, points[:, 1] > 0.0, stands, None, unlike=outside.reshape(-1, 3))
+    assert (partly["object_absent"].value, partly["object_unlike"].value) == (False, False)
     found = from_mast(larger)
     assert (found["object_seen"], found["object_absent"]) == (False, False)
     assert found["object_unlike_place"] == pytest.approx((0.6, 0.2, 0.08), abs=0.1)
@@ -823,6 +829,20 @@ def test_an_object_that_leaves_closed_fingers_as_they_rise_has_slipped(
     watched.readings |= {"tool_position": (0.6, 0.2, height_after)}
     found = watched.see(1.0)
     assert (found["object_slips"], found["object_slips_out"]) == (times, False)
+
+
+@pytest.mark.parametrize(("rise", "times"), [(0.02, 1), (0.20, 0)])
+def test_fingers_on_their_way_count_as_a_slip_once_they_are_shut_unless_it_was_lifted(
+    rise: float, times: int
+) -> None:
+    watched = Watched("fetch_object", "track", {**WANTED, **SURVEY})
+    watched.readings |= {"base_position": (0.0, 0.2, 0.0)}
+    found: dict[str, Any] = {}
+    for time, (height, gap) in enumerate([(0.0, 0.044), (rise, 0.044), (rise, 0.030), (rise, 0.010)]):
+        watched.readings |= {"holding": gap == 0.044, "finger_gap": gap}
+        watched.readings |= {"tool_position": (0.6, 0.2, 0.15 + height)}
+        found = watched.see(float(time))
+    assert found["object_slips"] == times
 
 
 def test_two_slips_in_a_row_are_more_than_chance_and_those_of_another_object_do_not_count() -> None:
