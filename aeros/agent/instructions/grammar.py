@@ -536,7 +536,8 @@ def _ends_before(prohibition: Segment, segment: Segment) -> bool:
     is_of_thing = marker[-1] in _WANTED and (first in english.DETERMINERS or english.is_plural(first))
     is_of_thing &= joint == [COMMA]
     # `fetch everything except the can, then wipe the table`
-    is_of_thing |= marker[0] == "except" and first in english.DETERMINERS | english.POSSESSIVES
+    is_exception = marker[0] == "except" and first in english.DETERMINERS | english.POSSESSIVES
+    is_of_thing |= is_exception and english.PRONOUNS.isdisjoint(segment.words)
     return is_of_thing and bool(has_object) and _has_own_verb(segment)
 
 

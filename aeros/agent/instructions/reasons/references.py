@@ -65,6 +65,8 @@ def _is_other_thing(one: Coverage, other: Coverage) -> bool:
 def _is_unclear(words: Words, thing: Words, coverage: Coverage) -> bool:
     """Return True if `it` may be something else than a thing that a reason names."""
     is_carried = any(map(is_object, coverage.routed.task.parameters.values()))
+    if is_carried and not coverage.values.is_specific:
+        return True  # `the things are here`
     return any(
         _is_of_somebody(words, at + len(thing))
         or _is_one_of_several(words, at)
