@@ -70,7 +70,7 @@ def _is_unclear(words: Words, thing: Words, coverage: Coverage) -> bool:
     return any(
         _is_of_somebody(words, at + len(thing))
         or _is_one_of_several(words, at)
-        or _is_beside(words, at, is_carried=is_carried)
+        or _says_where_another_is(words, at, is_carried=is_carried)
         or _is_with_another(words, at, at + len(thing))
         for at in range(len(words))
         if words[at : at + len(thing)] == thing
@@ -88,7 +88,7 @@ def _is_one_of_several(words: Words, at: int) -> bool:
     return before in _PARTIAL or before in english.EACH_DETERMINERS or english.number_of(before) is not None
 
 
-def _is_beside(words: Words, at: int, *, is_carried: bool) -> bool:
+def _says_where_another_is(words: Words, at: int, *, is_carried: bool) -> bool:
     """Return True if a thing only says where another one is: `the lamp by the table`, `the lid of it`."""
     start = _start(words, at)
     before = words[start - 1] if start else ""
