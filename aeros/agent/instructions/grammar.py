@@ -534,7 +534,11 @@ def _ends_before(prohibition: Segment, segment: Segment) -> bool:
     # `I do not want the can, bring me the cup`
     has_object = segment.words[1:2] and segment.words[1] in _STARTS_THING | _RECEIVERS
     is_of_thing = marker[-1] in _WANTED and (first in english.DETERMINERS or english.is_plural(first))
-    return is_of_thing and joint == [COMMA] and bool(has_object) and _has_own_verb(segment)
+    is_of_thing &= joint == [COMMA]
+    # `fetch everything except the can, then wipe the table`
+    is_exception = marker[0] == "except" and first in english.DETERMINERS | english.POSSESSIVES
+    is_of_thing |= is_exception and english.PRONOUNS.isdisjoint(segment.words)
+    return is_of_thing and bool(has_object) and _has_own_verb(segment)
 
 
 def _require_no_contradiction(condition: Segment, governed: Sentence) -> None:

@@ -44,6 +44,8 @@ def prohibited_tasks(
     for word in segment.words:
         if word in english.NEGATIVES and word not in _ALSO_NOT:
             raise InstructionError(f"{quoted(segment.text)} negates twice, which is not understood")
+    if segment.marker == _NO and not english.FINITE.isdisjoint(segment.words):
+        raise InstructionError(f"{quoted(segment.text)} may state something, or prohibit it")
     parts = list(_split(segment.words, english.CHOICES | _ALSO_NOT))
     if not all(parts):
         raise InstructionError(f"it is not clear what {quoted(segment.text)} prohibits")
@@ -133,18 +135,23 @@ def without_prohibited_parts(errands: Sequence[Errand], prohibited: Sequence[Rou
     found: list[Errand] = []
     for errand in errands:
         routed = errand.routed
-        parts = {} if any(map(is_object, routed.task.parameters.values())) else routed.task.parameters
-        for name, parameter in parts.items():
+        for name, parameter in routed.task.parameters.items():
+            if is_object(parameter):
+                continue
             spared = {
                 one.arguments[name]
                 for one in prohibited
-                if one.task is routed.task and set(one.arguments) == {name}
+                if one.task is routed.task
+                and name in one.arguments
+                and {**one.arguments, name: None}.items() <= {**routed.arguments, name: None}.items()
             }
             rest = [one for one in parameter.values if one != parameter.default and one not in spared]
             if not spared or not parameter.values or routed.arguments[name] != parameter.default:
                 continue
             if len(rest) != 1:
-                raise InstructionError(f"{quoted(str(routed))} without a part leaves open `{name}`; say it")
+                raise InstructionError(
+                    f"{quoted(str(routed))} leaves open `{name}` if a value is prohibited; say it"
+                )
             routed = replace(routed, arguments={**routed.arguments, name: rest[0]})
         found.append(replace(errand, routed=routed))
     return found

@@ -51,6 +51,12 @@ def refined_request(before: Request, request: Request, segment: Segment, first: 
     is_more = is_of_part or segment.link in (Link.JOINED, Link.ADJUNCT) or "but" in segment.joint.split()
     if not is_more and not _is_one_act(segment, first):
         return None
+    task = request.errand.routed.task
+    has_parts = counted_parameter(task) is None and not any(map(is_object, task.parameters.values()))
+    is_part = has_parts and segment.words[0] in english.DETERMINERS and not (request.has_verb or is_limit)
+    if "but" in segment.joint.split() and is_part:
+        # `clean all of the table, but the left half`
+        raise InstructionError(f"{quoted(f'but {segment.text}')} may be an exception; say `except` or `only`")
     if request.stated and not request.has_verb and segment.joint in _AND:
         raise InstructionError(
             f"is {quoted(segment.text)} wanted beside that, or instead? say it in two sentences"
@@ -122,8 +128,7 @@ def placed_things(
     if not request.only_refers or not objects or len(things) < 2:
         return []
     if _THEM.isdisjoint(segment.words) and "both" not in segment.openers:
-        is_bare_place = not request.has_verb and not request.stated & objects
-        if not before.has_verb and ("it" in segment.words or is_bare_place):
+        if not before.has_verb and ("it" in segment.words or not request.stated & objects):
             raise InstructionError(f"{quoted(segment.text)} may be about one of several things; say which")
         return []
     if request.errand.condition is not None or request.stated & objects:

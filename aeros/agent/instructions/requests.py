@@ -211,8 +211,15 @@ def _with_arguments(
     has_part = coverage.values.names_part or (last is not None and is_same and not _is_of_whole(last))
     if coverage.names_that_part and not has_part:
         raise InstructionError(f"{quoted(segment.text)} does not say which part; no part was named before")
+    parameters = routed.task.parameters
+    is_of_things = any(map(is_object, parameters.values())) and not coverage.values.is_specific
+    if is_of_things and any(
+        english.is_plural(one[-1]) for one in coverage.objects if english.PRONOUNS.isdisjoint(one)
+    ):
+        raise InstructionError(f"{quoted(segment.text)} does not say which of several things are meant")
+    # `bring the cup, then put the object on the left`
+    refers = refers or (is_of_things and bool(coverage.objects))
     if last is not None and is_same and refers and not coverage.values.is_specific:
-        parameters = routed.task.parameters
         # `the left half is dirty, so clean it`: `it` is that half, if the words say no other part.
         is_part = (
             not any(map(is_object, parameters.values())) and not stated and segment.link is not Link.THEN

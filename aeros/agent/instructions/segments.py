@@ -67,6 +67,7 @@ class Segment:
             table cleaned and a tea made`.
         is_otherwise: True if its sentence follows after `otherwise`.
         is_check: True if the condition of the next sentence is what it asks to check: it may be left out.
+        is_of_set: True if it is of one of the things for all of which its sentence asks.
     """
 
     mood: Mood
@@ -83,6 +84,7 @@ class Segment:
     carried: tuple[Words, ...] = ()
     is_otherwise: bool = False
     is_check: bool = False
+    is_of_set: bool = False
 
     @property
     def text(self) -> str:

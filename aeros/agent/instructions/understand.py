@@ -14,19 +14,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.alternatives import read_otherwise, read_unless, require_no_alternative
-from aeros.agent.instructions.arguments import are_of_one_object
 from aeros.agent.instructions.condition_scopes import scoped
-from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.grammar import parse_instruction
 from aeros.agent.instructions.lexicon import TaskPhrases, task_phrases
 from aeros.agent.instructions.meaning import Errand, Spoken, Understanding, with_goal
 from aeros.agent.instructions.merging import merged_requests
 from aeros.agent.instructions.named_task import named_tasks
-from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.prohibitions import is_universal, prohibited_tasks, without_prohibited_parts
 from aeros.agent.instructions.reasons.plain_reasons import (
     is_topic,
@@ -34,6 +30,7 @@ from aeros.agent.instructions.reasons.plain_reasons import (
     require_plain_reason,
     without_statements,
 )
+from aeros.agent.instructions.reasons.references import named_before
 from aeros.agent.instructions.refinements import (
     is_contrast,
     is_own_check,
@@ -180,7 +177,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             require_no_retraction(own_reasons, tasks, [one.routed for one in errands])
         reasons += own_reasons
         # A sentence that is only a reason, as in `The table is dirty. Clean it.`, leads the next one.
-        context = _context(errands, [*leading, *own_reasons], tasks)
+        context = named_before(errands, [*leading, *own_reasons], tasks)
         is_named = any(one.link is not Link.ADJUNCT for one in (*leading, *own_reasons)) and bool(context)
         leading = [] if sentence else own_reasons
         if sentence and sentence[0].is_otherwise:
@@ -209,6 +206,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
                 request = read_request(
                     segment, condition, tasks, known, last and last[0].topic, may_elide=is_named
                 )
+                request = replace(request, has_verb=False) if segment.is_of_set else request
                 if last:
                     require_no_other_one(last[0], request, segment)
                 things = placed_things(errands, last[0], request, segment) if last else []
@@ -273,63 +271,6 @@ def _is_understood(segment: Segment, tasks: Sequence[TaskPhrases], context: Sequ
     except InstructionError:
         return False
     return True
-
-
-def _context(
-    errands: Sequence[Errand], reasons: Sequence[Segment], tasks: Sequence[TaskPhrases]
-) -> list[Errand]:
-    """Return the requests that `it` may mean the object of, the last one first of all.
-
-    After a reason such as `the floor is dirty, so …`, `it` is what the reason names. After `otherwise …` it
-    is not certain which of two objects it is.
-    """
-    leading = [reason for reason in reasons if reason.link is not Link.ADJUNCT]
-    # `I can't reach the can, could you get it?`: before all requests, a remark says what `it` is, too.
-    leading = leading or [one for one in reasons if not errands and _names_plainly(one.words)]
-    if leading and not _OTHERS.isdisjoint(leading[-1].words):
-        return []  # `I hate the other table, clean it`
-    if not leading:
-        return [] if errands and errands[-1].is_otherwise else list(errands)
-    words = _without_verbs(leading[-1].words)
-    coverages = [cover(entry, words, knows_pronoun=False) for entry in tasks]
-    named = [one for one in coverages if one.objects and not one.values.fault]
-    if len(named) > 1 and not are_of_one_object([one.routed for one in named]):
-        return []
-    if any(_is_of_somebody(words, phrase) for one in named for phrase in one.objects):
-        return []
-    # Of several tasks with the named object, the one that knows the part that is named.
-    return [Errand(one.routed) for one in sorted(named, key=lambda one: len(one.values.stated))[-1:]]
-
-
-def _names_plainly(words: Words) -> bool:
-    """Return True if speakers say something of a thing, and not whose or where it is, or which of several."""
-    return words[:1] in _SPEAKERS[:2] and _OF_OTHERS.isdisjoint(words)
-
-
-def _is_of_somebody(words: Words, thing: Words) -> bool:
-    """Return True for the table of `the table of Anna is dirty`."""
-    ends = (at + len(thing) for at in range(len(words)) if words[at : at + len(thing)] == thing)
-    return any(
-        words[end : end + 1] == ("of",) and english.DETERMINERS.isdisjoint(words[end + 1 : end + 2])
-        for end in ends
-    )
-
-
-def _without_verbs(words: Words) -> Words:
-    """Leave out the verbs of `he left crumbs on the table` and `we can reach it`: no side, and no thing."""
-    before = english.DETERMINERS | english.POSSESSIVES | english.TO_PLACES | {"s"}
-    return tuple(
-        word
-        for at, word in enumerate(words)
-        if word != "left" or at == 0 or words[at - 1] in before or words[at + 1 : at + 2] in _PLACE_NOUNS
-        if word != "can" or not (words[at - 1 : at] in _SPEAKERS or words[at + 1 : at + 2] == ("t",))
-    )
-
-
-_OTHERS: Final = frozenset({"another", "different", "other", "second"})
-_OF_OTHERS: Final = english.POSSESSIVES | english.PLACES | {"my", "of", "other", "our", "s", "your"}
-_SPEAKERS: Final = (("i",), ("we",), ("he",), ("she",), ("they",))
-_PLACE_NOUNS: Final = tuple((word,) for word in english.PLACE_NOUNS)
 
 
 def _requests(sentence: Sentence) -> Iterator[tuple[Segment, Segment | None]]:

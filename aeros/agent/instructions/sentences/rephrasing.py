@@ -83,10 +83,17 @@ def _with_plain_extents(tokens: Words) -> Words:
 
 
 def _names_all(tokens: Words) -> bool:
-    """Return True for words that end with `everything` or `all objects`."""
-    return tokens[-1] == "everything" or (tokens[-2:-1] == ("all",) and english.is_plural(tokens[-1]))
+    """Return True for words that end with `everything`, `all of the objects`, `each object` or the like."""
+    if tokens[-1] in _THINGS:
+        return True
+    at = len(tokens) - 2
+    while at > 0 and tokens[at] in _ARTICLES | {"of"}:
+        at -= 1
+    return at >= 0 and tokens[at] in _ALL
 
 
+_ALL: Final = english.EACH_DETERMINERS | {"all", "both"}
+_THINGS: Final = frozenset({"all", "everything", *(f"{noun}s" for noun in english.THING_NOUNS)})
 _ARTICLES: Final = english.DETERMINERS | english.POSSESSIVES
 _AFTER_VERB: Final = _ARTICLES | english.PRONOUNS | {"there", "anybody", "anyone", "not", "no"}
 """Words behind `is` in a question; after others the subject was left out."""

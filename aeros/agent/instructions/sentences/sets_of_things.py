@@ -15,6 +15,7 @@ from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
 from aeros.spec.diagnostics.words import normalized_words
 
 _EXCEPT: Final = frozenset({"apart", "aside", "except", "excepting", "excluding"})
+_BEFORE_SOME: Final = (("of",), ("half",), ("only",))
 _BETWEEN: Final = frozenset({"of", "our", "the", "these", "those", "your"})
 
 
@@ -63,7 +64,7 @@ def _one_for_each(segment: Segment, after: Sentence, tasks: Sequence[TaskPhrases
     first, *others = meanings[0]
     yield replace(segment, words=first)
     for words in others:
-        yield replace(segment, words=words, link=Link.JOINED, joint="and")
+        yield replace(segment, words=words, link=Link.JOINED, joint="and", is_of_set=True)
 
 
 def _written_out(words: Words, after: Sentence, entry: TaskPhrases) -> list[Words]:
@@ -104,9 +105,10 @@ def _names(entry: TaskPhrases) -> dict[str, Words]:
 
 def _things_at(words: Words, at: int, number: int) -> _Things | None:
     """Return the phrase for all things that begins at a place: `both objects`, `all of the items`."""
-    if words[at] == "everything":
+    if words[at] == "everything" or words[at:] == ("all",):
         return _Things(at, at + 1, True)
-    says_all = words[at] == "all"
+    # `bring the objects`; not `one of the objects`
+    says_all = words[at] == "all" or (words[at] == "the" and words[at - 1 : at] not in _BEFORE_SOME)
     says_each = words[at] in english.EACH_DETERMINERS
     if not says_all and not says_each and english.number_of(words[at]) != number:
         return None

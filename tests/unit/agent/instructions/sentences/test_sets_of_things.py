@@ -17,6 +17,9 @@ from tests.unit.agent.instructions.lists.reference import parametric_modules
         ("bring everything except the block", ["red_can"]),
         ("bring all objects but the can", ["blue_block"]),
         ("put each object on the left", ["red_can to left", "blue_block to left"]),
+        ("bring the objects", ["red_can", "blue_block"]),
+        ("bring all but the can", ["blue_block"]),
+        ("bring every object but the block, then wipe the table", ["red_can"]),
     ],
 )
 def test_each_thing_is_asked_for_once(text: str, fetched: list[str]) -> None:
@@ -39,6 +42,9 @@ def test_each_thing_is_asked_for_once(text: str, fetched: list[str]) -> None:
         "bring both objects or none",
         "do not bring both objects",
         "bring both objects, not the can",
+        "bring some objects",
+        "bring both objects, then put it on the left",
+        "bring both objects, then put the object on the left",
     ],
 )
 def test_unclear_sets_are_refused(text: str) -> None:
