@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import QuantityRange
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.ecm import ActionCondition
 from aeros.spec.model.perception import Definition
@@ -33,6 +34,7 @@ WRAPPED, COOKED, ALIGNED, DOUGH = (
     "dough_on_workspace",
 )
 TORN = outcome("torn", {}, failure=True)
+FULL = QuantityRange("fill_level", None, Fraction(1), Fraction(1))
 SKILLS = (
     skill("wrap", outcome("wrapped", {WRAPPED: True}), TORN),
     skill("fold", outcome("folded", {WRAPPED: True}), precondition=ALIGNED),
@@ -46,6 +48,7 @@ SKILLS = (
     skill("roll", outcome("rolled", {DOUGH: True})),
     skill("slump", outcome("slumped", {}, failure=True)),
     skill("sure", replace(outcome("done", {WRAPPED: True}), probability=Fraction(1)), TORN),
+    skill("pour", replace(outcome("poured", {}), ranges=(FULL,)), TORN),
 )
 
 
@@ -135,6 +138,7 @@ PARTS: dict[str, Part] = {
     "branches of which one may fail": seq(either(par("align", "bake"), "roll"), "wrap"),
     "branches within a time": seq(within(par("align", "roll")), "bake"),
     "branches that are held": seq(hold(f"not {DOUGH}", par(seq("tilt", "align"), "roll")), "bake"),
+    "a stop leaves a level open": seq(within("pour"), when("fill_level > 0.5", "bake", "align")),
     "three branches": seq(par("align", "roll", either("unfold", "wrap")), "bake"),
 }
 HANDLERS = {one.id: step(one.id) for one in SKILLS}
@@ -145,7 +149,7 @@ NONE = dict.fromkeys((COOKED, WRAPPED, ALIGNED, DOUGH), False)
 
 def compare(body: Part, retry: int, initial: dict[str, Any], margin: Fraction | None = None) -> None:
     """Compare the loop whose one step is a composition, with a margin of the definition of a predicate."""
-    cooking = rule(COOKED, "cooking", retry, "align" if retry else None, None if retry else "roll")
+    cooking = rule(COOKED, "cooking", retry, "align" if retry else None, "roll" if retry != 1 else None)
     pursued = replace(task("cook", ("cook",), COOKED, cooking), initial=initial)
     made = Composition("made", t.TRUE, None, body, HANDLERS, SPAN)
     text = "fill_level > 0.5"
@@ -154,12 +158,19 @@ def compare(body: Part, retry: int, initial: dict[str, Any], margin: Fraction | 
     assert_as_listed(replace(ecm, compositions={"made": made}, capabilities={"cooking": ("made",)}), pursued)
 
 
-@pytest.mark.parametrize(("retry", "initial"), [(1, {}), (0, NONE)], ids=["any", "none"])
+@pytest.mark.parametrize(
+    ("retry", "initial"), [(1, {}), (0, {**NONE, "fill_level": Fraction(0)})], ids=["any", "none"]
+)
 @pytest.mark.parametrize("name", PARTS)
 def test_a_composition_comes_through_the_states_that_are_listed(
     name: str, retry: int, initial: dict[str, Any]
 ) -> None:
     compare(PARTS[name], retry, initial)
+
+
+@pytest.mark.parametrize("body", [step("bake"), either(seq("knead", "bake"), "slip"), par("roll", "bake")])
+def test_further_tries_of_a_composition_may_be_left_out_before_a_reset(body: Part) -> None:
+    compare(body, 2, {COOKED: False, DOUGH: False})
 
 
 @pytest.mark.parametrize("margin", [Fraction(0), Fraction(1)], ids=["sharp", "with a margin"])
