@@ -122,6 +122,9 @@ PARTS: dict[str, Part] = {
     "tries left out before alternatives": seq(
         either(seq(step("slump", 1, "roll"), either("fold", "tilt")), "wrap"), "bake"
     ),
+    "tries left out after alternatives": seq(
+        either(seq(either("fold", "tilt"), step("slump", 1, "roll")), "wrap"), "bake"
+    ),
     "a part held within another": hold(f"not {COOKED}", hold(ALIGNED, "fold", "unfold"), "wrap"),
     "a part within a time": seq(within("wrap", "align"), "bake"),
     "alternatives to a part within a time": seq(either(within("knead", "roll"), "tilt"), "bake"),
@@ -182,6 +185,7 @@ def test_further_tries_of_a_composition_may_be_left_out_before_a_reset(body: Par
         seq("roll", when(f"{ALIGNED} and not {WRAPPED}", "tilt", "align"), "wrap"),
         seq("bake", when(ALIGNED, "roll")),
         seq(either(when(ALIGNED, "roll", "roll"), "unfold"), "wrap"),
+        either(when(ALIGNED, "roll", "roll"), "bake"),
     ],
 )
 def test_a_condition_on_a_predicate_that_may_be_unknown_may_fail(body: Part, margin: Fraction) -> None:
