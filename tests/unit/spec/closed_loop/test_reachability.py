@@ -17,6 +17,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Outcome, PlanningRule, Skill, Task, TaskInvariant
 from aeros.spec.model.perception import Definition
+from tests.differential.planning.test_symbolic_loops import compare_engines
 from tests.unit.agent.dumplings import SPAN, module, outcome, rule, site, skill, task, term
 from tests.unit.spec.consequences import places
 
@@ -183,3 +184,4 @@ def test_a_run_starts_only_where_the_definitions_agree_with_its_start(text: str,
     starts = [node.state for node in reachable.graph if node not in reachable.predecessors]
     at = reachable.system.names.index("fill_level")
     assert {state[at] for state in starts} == levels
+    compare_engines(reachable)

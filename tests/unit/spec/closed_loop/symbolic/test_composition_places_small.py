@@ -8,10 +8,13 @@ from typing import Any
 
 import pytest
 
+from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
+from aeros.spec.closed_loop.symbolic.program import PLAN
+from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.effects import QuantityRange
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.ecm import ActionCondition, Ecm, Task
 from aeros.spec.model.perception import Definition
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.model.step_graph import (
@@ -25,7 +28,7 @@ from aeros.spec.model.step_graph import (
     TimedPart,
 )
 from tests.unit.agent.dumplings import SPAN, module, outcome, rule, skill, task, term
-from tests.unit.spec.closed_loop.symbolic.listed_states import assert_as_listed
+from tests.unit.spec.closed_loop.symbolic.listed_states import SITE, assert_as_listed
 
 WRAPPED, COOKED, ALIGNED, DOUGH = (
     "dumpling_wrapped",
@@ -152,13 +155,17 @@ NONE = dict.fromkeys((COOKED, WRAPPED, ALIGNED, DOUGH), False)
 
 def compare(body: Part, retry: int, initial: dict[str, Any], margin: Fraction | None = None) -> None:
     """Compare the loop whose one step is a composition, with a margin of the definition of a predicate."""
+    assert_as_listed(*cooking_by(body, retry, initial, margin))
+
+
+def cooking_by(body: Part, retry: int, initial: dict[str, Any], margin: Fraction | None) -> tuple[Ecm, Task]:
     cooking = rule(COOKED, "cooking", retry, "align" if retry else None, "roll" if retry != 1 else None)
     pursued = replace(task("cook", ("cook",), COOKED, cooking), initial=initial)
     made = Composition("made", t.TRUE, None, body, HANDLERS, SPAN)
     text = "fill_level > 0.5"
     defined = {} if margin is None else {ALIGNED: Definition(term(text), text, SPAN, margin)}
     ecm = replace(module("kitchen", SKILLS, pursued), definitions=defined)
-    assert_as_listed(replace(ecm, compositions={"made": made}, capabilities={"cooking": ("made",)}), pursued)
+    return replace(ecm, compositions={"made": made}, capabilities={"cooking": ("made",)}), pursued
 
 
 @pytest.mark.parametrize(
@@ -190,3 +197,23 @@ def test_further_tries_of_a_composition_may_be_left_out_before_a_reset(body: Par
 )
 def test_a_condition_on_a_predicate_that_may_be_unknown_may_fail(body: Part, margin: Fraction) -> None:
     compare(body, 0, {one: False for one in NONE if one != ALIGNED}, margin)
+
+
+@pytest.mark.parametrize(
+    "part", [within("roll"), within(par("align", "roll")), hold(f"not {COOKED}", par("align", "roll"))]
+)
+def test_a_stop_is_no_way_to_the_goal(part: Part) -> None:
+    system = TransitionSystem(*cooking_by(either(part, "bake"), 0, NONE, None), SITE)
+    assert SymbolicLoop(system).dead_end() is not None
+
+
+@pytest.mark.parametrize(("margin", "fails"), [(Fraction(0), False), (Fraction(1), True)])
+def test_a_branch_fails_whose_condition_may_be_unknown(margin: Fraction, fails: bool) -> None:
+    initial = {COOKED: False, WRAPPED: False, DOUGH: False}
+    ecm, pursued = cooking_by(par(when(ALIGNED, "wrap", "unfold"), "roll"), 0, initial, margin)
+    surely = skill("wrap", outcome("wrapped", {WRAPPED: True}))
+    also = skill("unfold", outcome("unfolded", {WRAPPED: True}))
+    ecm = replace(ecm, skills={**ecm.skills, "wrap": surely, "unfold": also})
+    loop = SymbolicLoop(TransitionSystem(ecm, pursued, SITE))
+    states = loop.fixpoints.reachable[PLAN] & loop.fixpoints.sets.where(term(f"{DOUGH} and not {WRAPPED}"))
+    assert (states != loop.fixpoints.sets.none) is fails
