@@ -190,3 +190,12 @@ def test_too_many_values_after_an_outcome_are_refused() -> None:
     more = values._replace(opened={**values.opened, "dumpling_cooked": (False, True, None)})
     with pytest.raises(UnsettledError, match=r"^`boil` leaves 2 variables of it at any value$"):
         Invocation(boil, {}, NAMES, (), lambda *_: more)
+
+
+@pytest.mark.parametrize("value", [False, True])
+def test_after_an_outcome_its_consequences_hold_and_nothing_else_changes(value: bool) -> None:
+    follows = {"dumpling_cooked": value, "wrapper_aligned": None, "m.elsewhere": True}
+    wrap = skill("wrap", replace(outcome("wrapped", {"dumpling_wrapped": True}), consequences=follows))
+    for before in (False, True):
+        found = {after for after, _, _ in Invocation(wrap, {}, NAMES).after(("pot", before, False, before))}
+        assert found == {("pot", value, True, aligned) for aligned in (False, True)}

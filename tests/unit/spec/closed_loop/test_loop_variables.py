@@ -147,6 +147,14 @@ def test_a_number_without_a_range_is_refused(name: str, message: str) -> None:
         LoopVariables(module("kitchen", (FILL,), pursued), pursued, replace(site(), state=unbounded))
 
 
+@pytest.mark.parametrize(("low", "high"), [(-2, 1), (0, 0), (2, 4)])
+def test_a_whole_number_has_each_value_of_its_range(low: int, high: int) -> None:
+    pursued = replace(task("fill", ("fill",), "dumpling_cooked"), goal=number_term("count > 2"))
+    ranged = {**STATE, "count": replace(STATE["count"], range=(Fraction(low), Fraction(high)))}
+    made = LoopVariables(module("kitchen", (), pursued), pursued, replace(site(), state=ranged))
+    assert made.values["count"] == tuple(range(low, high + 1))
+
+
 def test_as_many_values_as_allowed_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(loop_variables, "MAX_NUMBERS", 5)
     monkeypatch.setattr(loop_variables, "MAX_CELLS", 5)

@@ -109,6 +109,15 @@ def test_a_recovery_is_counted_between_two_tries() -> None:
     )
 
 
+def test_a_goal_that_the_last_recovery_reaches_needs_no_new_plan() -> None:
+    bake = skill("bake", outcome("baked", {"dumpling_cooked": True}))
+    boil = with_probabilities(BOIL, {"cooked": Fraction(1, 2)})
+    cooking = rule("dumpling_cooked", "boil", 0, None, "bake")
+    ecm = module("kitchen", (boil, bake), task("cook", ("cook",), "dumpling_cooked", cooking))
+    for replans in (0, 1, 2):
+        assert predicted(ecm, replans) == Prediction(Fraction(1), Fraction(3, 2), NONE, Fraction(1, 2), NONE)
+
+
 def test_the_steps_of_a_composition_are_counted() -> None:
     steps = tuple(Step(one, one, {}, {}, 0, None, None, SPAN) for one in ("wrap", "boil"))
     wrap = skill("wrap", outcome("wrapped", {"dumpling_wrapped": True}), outcome("torn", {}, failure=True))

@@ -15,8 +15,10 @@ from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.closed_loop.transition_system import LoopState
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Step
-from aeros.spec.model.ecm import Outcome, PlanningRule, Skill, Task
-from tests.unit.agent.dumplings import SPAN, module, outcome, rule, site, skill, task
+from aeros.spec.model.ecm import Outcome, PlanningRule, Skill, Task, TaskInvariant
+from aeros.spec.model.perception import Definition
+from tests.differential.planning.test_symbolic_loops import compare_engines
+from tests.unit.agent.dumplings import SPAN, module, outcome, rule, site, skill, task, term
 from tests.unit.spec.consequences import places
 
 WRAPPED, COOKED = "dumpling_wrapped", "dumpling_cooked"
@@ -164,3 +166,22 @@ def test_a_goal_that_a_composition_may_leave_true_or_false_is_not_within_reach()
     moves = reachable.system.transitions(LoopState("try", (False,), (0,)))
     assert sorted((one.case, one.target.state) for one in moves) == [("done", (False,)), ("done", (True,))]
     assert [node.state for node in reachable.nodes_that_can_miss_goal()] == [(False,)]
+
+
+@pytest.mark.parametrize(
+    ("text", "levels"), [("fill_level > 0.5", {0.75}), ("fill_level > 1", {0.25, 0.5, 0.75, 1})]
+)
+def test_a_run_starts_only_where_the_definitions_agree_with_its_start(text: str, levels: set[float]) -> None:
+    """Where no level agrees, `initial` contradicts the definition, and all of them are shown."""
+    pursued = replace(
+        task("cook", ("cook",), COOKED, COOKING),
+        initial={COOKED: False, WRAPPED: True},
+        invariants=(TaskInvariant("kept", term(f"{WRAPPED} or fill_level <= 0.5"), "", SPAN),),
+    )
+    ecm = module("kitchen", (WAIT, BOIL), pursued)
+    ecm = replace(ecm, definitions={WRAPPED: Definition(term(text), text, SPAN)})
+    reachable = explore_task(replace(ecm, capabilities={"cooking": ("boil",)}), pursued, site())
+    starts = [node.state for node in reachable.graph if node not in reachable.predecessors]
+    at = reachable.system.names.index("fill_level")
+    assert {state[at] for state in starts} == levels
+    compare_engines(reachable)

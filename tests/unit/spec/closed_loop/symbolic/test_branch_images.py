@@ -6,7 +6,7 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from aeros.spec.closed_loop.symbolic.branch_images import BranchImages
@@ -30,6 +30,8 @@ _OPENED = st.sampled_from(
 )
 
 
+@example({"area": "pot", "count": "+1", "dumpling_cooked": "area == pot"}, {}, "true", "count == 2")
+@example({"area": "table", "count": "-1", "dumpling_cooked": "area == pot"}, {}, "true", "dumpling_cooked")
 @given(_UPDATES, _OPENED, st.sampled_from(CONDITIONS), st.sampled_from(CONDITIONS))
 def test_branches_lead_forward_and_backward_alike(
     updates: dict[str, Any], opened: dict[str, Any], guard: str, wanted: str

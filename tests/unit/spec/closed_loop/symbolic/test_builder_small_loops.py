@@ -145,6 +145,16 @@ def test_a_loop_comes_through_the_states_that_are_listed(name: str, initial: dic
     assert_as_listed(*kitchen(*LOOPS[name], **initial))
 
 
+@pytest.mark.parametrize("retry", [1, 2])
+@pytest.mark.parametrize("between", [None, "tilt", "align"])
+@pytest.mark.parametrize("last", [None, "press", "align"])
+def test_a_step_that_cannot_start_at_a_further_try_counts_as_failed(
+    retry: int, between: str | None, last: str | None
+) -> None:
+    slipping = rule(COOKED, "slip", retry, between, last)
+    assert_as_listed(*kitchen(slipping, WRAPPING, **{COOKED: False, WRAPPED: False, ALIGNED: True}))
+
+
 @pytest.mark.parametrize("name", COUNTS)
 def test_a_loop_that_counts_comes_through_the_states_that_are_listed(name: str) -> None:
     goal, rules = COUNTS[name]

@@ -8,9 +8,13 @@ from typing import Any
 
 import pytest
 
+from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
+from aeros.spec.closed_loop.symbolic.program import PLAN
+from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import QuantityRange
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.ecm import ActionCondition, Ecm, Task
 from aeros.spec.model.perception import Definition
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.model.step_graph import (
@@ -24,7 +28,7 @@ from aeros.spec.model.step_graph import (
     TimedPart,
 )
 from tests.unit.agent.dumplings import SPAN, module, outcome, rule, skill, task, term
-from tests.unit.spec.closed_loop.symbolic.listed_states import assert_as_listed
+from tests.unit.spec.closed_loop.symbolic.listed_states import SITE, assert_as_listed
 
 WRAPPED, COOKED, ALIGNED, DOUGH = (
     "dumpling_wrapped",
@@ -33,6 +37,7 @@ WRAPPED, COOKED, ALIGNED, DOUGH = (
     "dough_on_workspace",
 )
 TORN = outcome("torn", {}, failure=True)
+FULL = QuantityRange("fill_level", None, Fraction(1), Fraction(1))
 SKILLS = (
     skill("wrap", outcome("wrapped", {WRAPPED: True}), TORN),
     skill("fold", outcome("folded", {WRAPPED: True}), precondition=ALIGNED),
@@ -46,6 +51,7 @@ SKILLS = (
     skill("roll", outcome("rolled", {DOUGH: True})),
     skill("slump", outcome("slumped", {}, failure=True)),
     skill("sure", replace(outcome("done", {WRAPPED: True}), probability=Fraction(1)), TORN),
+    skill("pour", replace(outcome("poured", {}), ranges=(FULL,)), TORN),
 )
 
 
@@ -119,6 +125,9 @@ PARTS: dict[str, Part] = {
     "tries left out before alternatives": seq(
         either(seq(step("slump", 1, "roll"), either("fold", "tilt")), "wrap"), "bake"
     ),
+    "tries left out after alternatives": seq(
+        either(seq(either("fold", "tilt"), step("slump", 1, "roll")), "wrap"), "bake"
+    ),
     "a part held within another": hold(f"not {COOKED}", hold(ALIGNED, "fold", "unfold"), "wrap"),
     "a part within a time": seq(within("wrap", "align"), "bake"),
     "alternatives to a part within a time": seq(either(within("knead", "roll"), "tilt"), "bake"),
@@ -135,6 +144,7 @@ PARTS: dict[str, Part] = {
     "branches of which one may fail": seq(either(par("align", "bake"), "roll"), "wrap"),
     "branches within a time": seq(within(par("align", "roll")), "bake"),
     "branches that are held": seq(hold(f"not {DOUGH}", par(seq("tilt", "align"), "roll")), "bake"),
+    "a stop leaves a level open": seq(within("pour"), when("fill_level > 0.5", "bake", "align")),
     "three branches": seq(par("align", "roll", either("unfold", "wrap")), "bake"),
 }
 HANDLERS = {one.id: step(one.id) for one in SKILLS}
@@ -145,21 +155,32 @@ NONE = dict.fromkeys((COOKED, WRAPPED, ALIGNED, DOUGH), False)
 
 def compare(body: Part, retry: int, initial: dict[str, Any], margin: Fraction | None = None) -> None:
     """Compare the loop whose one step is a composition, with a margin of the definition of a predicate."""
-    cooking = rule(COOKED, "cooking", retry, "align" if retry else None, None if retry else "roll")
+    assert_as_listed(*cooking_by(body, retry, initial, margin))
+
+
+def cooking_by(body: Part, retry: int, initial: dict[str, Any], margin: Fraction | None) -> tuple[Ecm, Task]:
+    cooking = rule(COOKED, "cooking", retry, "align" if retry else None, "roll" if retry != 1 else None)
     pursued = replace(task("cook", ("cook",), COOKED, cooking), initial=initial)
     made = Composition("made", t.TRUE, None, body, HANDLERS, SPAN)
     text = "fill_level > 0.5"
     defined = {} if margin is None else {ALIGNED: Definition(term(text), text, SPAN, margin)}
     ecm = replace(module("kitchen", SKILLS, pursued), definitions=defined)
-    assert_as_listed(replace(ecm, compositions={"made": made}, capabilities={"cooking": ("made",)}), pursued)
+    return replace(ecm, compositions={"made": made}, capabilities={"cooking": ("made",)}), pursued
 
 
-@pytest.mark.parametrize(("retry", "initial"), [(1, {}), (0, NONE)], ids=["any", "none"])
+@pytest.mark.parametrize(
+    ("retry", "initial"), [(1, {}), (0, {**NONE, "fill_level": Fraction(0)})], ids=["any", "none"]
+)
 @pytest.mark.parametrize("name", PARTS)
 def test_a_composition_comes_through_the_states_that_are_listed(
     name: str, retry: int, initial: dict[str, Any]
 ) -> None:
     compare(PARTS[name], retry, initial)
+
+
+@pytest.mark.parametrize("body", [step("bake"), either(seq("knead", "bake"), "slip"), par("roll", "bake")])
+def test_further_tries_of_a_composition_may_be_left_out_before_a_reset(body: Part) -> None:
+    compare(body, 2, {COOKED: False, DOUGH: False})
 
 
 @pytest.mark.parametrize("margin", [Fraction(0), Fraction(1)], ids=["sharp", "with a margin"])
@@ -171,7 +192,28 @@ def test_a_composition_comes_through_the_states_that_are_listed(
         seq("roll", when(f"{ALIGNED} and not {WRAPPED}", "tilt", "align"), "wrap"),
         seq("bake", when(ALIGNED, "roll")),
         seq(either(when(ALIGNED, "roll", "roll"), "unfold"), "wrap"),
+        either(when(ALIGNED, "roll", "roll"), "bake"),
     ],
 )
 def test_a_condition_on_a_predicate_that_may_be_unknown_may_fail(body: Part, margin: Fraction) -> None:
     compare(body, 0, {one: False for one in NONE if one != ALIGNED}, margin)
+
+
+@pytest.mark.parametrize(
+    "part", [within("roll"), within(par("align", "roll")), hold(f"not {COOKED}", par("align", "roll"))]
+)
+def test_a_stop_is_no_way_to_the_goal(part: Part) -> None:
+    system = TransitionSystem(*cooking_by(either(part, "bake"), 0, NONE, None), SITE)
+    assert SymbolicLoop(system).dead_end() is not None
+
+
+@pytest.mark.parametrize(("margin", "fails"), [(Fraction(0), False), (Fraction(1), True)])
+def test_a_branch_fails_whose_condition_may_be_unknown(margin: Fraction, fails: bool) -> None:
+    initial = {COOKED: False, WRAPPED: False, DOUGH: False}
+    ecm, pursued = cooking_by(par(when(ALIGNED, "wrap", "unfold"), "roll"), 0, initial, margin)
+    surely = skill("wrap", outcome("wrapped", {WRAPPED: True}))
+    also = skill("unfold", outcome("unfolded", {WRAPPED: True}))
+    ecm = replace(ecm, skills={**ecm.skills, "wrap": surely, "unfold": also})
+    loop = SymbolicLoop(TransitionSystem(ecm, pursued, SITE))
+    states = loop.fixpoints.reachable[PLAN] & loop.fixpoints.sets.where(term(f"{DOUGH} and not {WRAPPED}"))
+    assert (states != loop.fixpoints.sets.none) is fails

@@ -40,6 +40,16 @@ def test_the_work_has_a_limit(limit: str, value: int, monkeypatch: pytest.Monkey
         _ = counting().fixpoints.hopeful
 
 
+def test_the_limit_is_the_largest_number_of_images(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = counting().fixpoints
+    assert made.hopeful
+    monkeypatch.setattr(fixpoints, "MAX_IMAGES", made._images)
+    assert counting().fixpoints.hopeful
+    monkeypatch.setattr(fixpoints, "MAX_IMAGES", made._images - 1)
+    with pytest.raises(StateSpaceError):
+        _ = counting().fixpoints.hopeful
+
+
 @pytest.mark.parametrize(
     ("fact", "agreeing"), [(f"not {COOKED}", f"not {COOKED}"), ("false", "true"), ("true", "true")]
 )

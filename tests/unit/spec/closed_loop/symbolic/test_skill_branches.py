@@ -16,6 +16,7 @@ from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError
 from aeros.spec.closed_loop.symbolic.program import afterwards
 from aeros.spec.closed_loop.symbolic.skill_branches import SkillBranch, symbolic_skill
 from aeros.spec.closed_loop.transition_system import TransitionSystem
+from aeros.spec.expr.effects import QuantityRange
 from aeros.spec.expr.semantics import evaluate, is_true
 from tests.differential.planning.number_loops import Loop, number_loop, stopped_loop
 from tests.differential.planning.test_defined_loops import defined_loop
@@ -48,6 +49,19 @@ def test_branches_of_a_lost_hold_condition_are_unlikely_failures() -> None:
         if not branch.is_likely and place.kind == "try"
     ]
     assert unlikely
+
+
+@pytest.mark.parametrize("effects", [{}, {WRAPPED: True}, {WRAPPED: False, COOKED: False}])
+def test_an_outcome_is_measured_where_its_effects_and_its_ranges_hold(effects: dict[str, bool]) -> None:
+    ranges = [QuantityRange("fill_level", None, Fraction(low, 4), Fraction(low + 2, 4)) for low in range(3)]
+    pour = skill(
+        "pour",
+        replace(outcome("poured", effects), ranges=(ranges[2],)),
+        replace(outcome("spilt", {}, failure=True), ranges=(ranges[0],)),
+        replace(outcome("half", {COOKED: False}, failure=True), ranges=(ranges[1],)),
+    )
+    goal = f"fill_level > 0.5 and {WRAPPED} and {COOKED}"
+    assert_same_ends(loop(rule(WRAPPED, "pour"), skills=(pour,), goal=goal).system)
 
 
 def assert_same_ends(system: TransitionSystem) -> None:
