@@ -121,7 +121,7 @@ GRIP_HEADINGS = (0.0, pi / 2.0)
 """Hand headings to try for a cylinder that stands, rad."""
 
 DELIVERED_WITHIN = 0.03 - UNCERTAINTY
-"""Greatest distance at which a picture shows a delivered object from its place, m: truly it is within 3 cm."""
+"""Greatest distance at which a picture shows a delivered object from its place, m: it is within 3 cm."""
 
 GRIPPED_WITHIN = 0.003
 """Greatest difference of the fingers' gap from the width of the object that they hold, m."""
