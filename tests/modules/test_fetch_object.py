@@ -265,8 +265,9 @@ def test_a_few_red_pixels_are_not_an_object() -> None:
     ("off", "is_lying", "is_delivered"),
     [
         ((0.0, 0.0, 0.0), False, True),
-        ((0.018, 0.018, 0.0), False, True),
-        ((0.025, 0.025, 0.0), False, False),
+        ((0.017, 0.017, 0.0), False, True),
+        # 25.5 mm in the picture, whose error is 5 mm, may be more than 3 cm.
+        ((0.018, 0.018, 0.0), False, False),
         # The stand may be 20 mm higher than it was surveyed; what is much higher is no stand.
         ((0.0, 0.0, 0.02), False, True),
         ((0.0, 0.0, 0.045), False, False),
@@ -275,7 +276,7 @@ def test_a_few_red_pixels_are_not_an_object() -> None:
         ((0.0, 0.0, 0.045), True, False),
     ],
 )
-def test_a_can_is_delivered_within_3_cm_on_what_may_be_the_stand(
+def test_a_can_is_delivered_if_it_is_surely_within_3_cm_on_what_may_be_the_stand(
     off: Vector3, is_lying: bool, is_delivered: bool
 ) -> None:
     delivery = (0.6 - off[0], 0.2 - off[1], 0.04 - off[2])

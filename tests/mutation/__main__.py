@@ -26,9 +26,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.mutation.areas import Area, read_areas
+from tests.mutation.areas import Area, near_tests, read_areas
 from tests.mutation.mutants import CodeMutant, FileMutants
-from tests.mutation.near import NearTrials, near_tests
+from tests.mutation.near import NearTrials
 from tests.mutation.outside import import_ahead, outcome_outside
 from tests.mutation.quick_reports import OPTIONS
 from tests.mutation.reach import Reach

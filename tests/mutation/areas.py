@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import importlib
+import re
 import tomllib
+from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 
@@ -59,3 +62,23 @@ def read_areas() -> dict[str, Area]:
         )
         for name, one in tomllib.loads(text).items()
     }
+
+
+@cache
+def tests_near(area: Area, module: str) -> tuple[str, ...]:
+    """Return the test files near a module, nearest first."""
+    package, _, stem = module.rpartition(".")
+    folder = Path("tests/unit", *package.split(".")[1:])
+    mirrors = [*folder.glob(f"test_{stem}.py"), *folder.glob(f"test_{stem}_*.py")]
+    files = sorted(
+        path for one in map(Path, area.tests) for path in ([one] if one.is_file() else one.rglob("test_*.py"))
+    )
+    names = re.compile(rf"{re.escape(module)}\b|from {re.escape(package)} import .*\b{stem}\b")
+    importers = [path for path in files if names.search(path.read_text("utf-8"))]
+    inside = [path for path in files if path.parent == folder]
+    return tuple(dict.fromkeys(str(path) for path in (*sorted(mirrors), *area.whole, *importers, *inside)))
+
+
+def near_tests(area: Area, modules: Collection[str]) -> list[str]:
+    """Return the test files near some modules of an area, in the order of their names."""
+    return sorted({name for module in modules for name in tests_near(area, module)})

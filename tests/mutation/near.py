@@ -7,13 +7,10 @@ To measure all tests of an area takes longer than to try a sample of its mutants
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection
-from functools import cache, partial
-from pathlib import Path
+from functools import partial
 from typing import Final, TextIO
 
-from tests.mutation.areas import Area
+from tests.mutation.areas import tests_near
 from tests.mutation.forks import fork
 from tests.mutation.mutants import CodeMutant
 from tests.mutation.results import KILLED, Outcome
@@ -21,11 +18,6 @@ from tests.mutation.trials import Trials
 
 _SLOWEST: Final = 10.0
 """Seconds of the processor for the slowest test."""
-
-
-def near_tests(area: Area, modules: Collection[str]) -> list[str]:
-    """Return the test files near some modules of an area, in the order of their names."""
-    return sorted({name for module in modules for name in _near(area, module)})
 
 
 class NearTrials(Trials):
@@ -40,7 +32,7 @@ class NearTrials(Trials):
         of_file: dict[str, list[str]] = {}
         for test in self.items:
             of_file.setdefault(test.partition("::")[0], []).append(test)
-        near = [test for name in _near(self.area, mutant.unit.module) for test in of_file.get(name, [])]
+        near = [test for name in tests_near(self.area, mutant.unit.module) for test in of_file.get(name, [])]
         killers = [test for test in self.killers[mutant.unit.key] if test in self.items]
         return [test for test in dict.fromkeys([*killers, *near]) if test not in self._failing]
 
@@ -59,18 +51,3 @@ class NearTrials(Trials):
     def _run_alone(self, test: str, pipe: TextIO) -> None:
         self.prepare()
         pipe.write("failed\n" if self.fails(test) else "passed\n")
-
-
-@cache
-def _near(area: Area, module: str) -> tuple[str, ...]:
-    """Test files near a module, nearest first."""
-    package, _, stem = module.rpartition(".")
-    folder = Path("tests/unit", *package.split(".")[1:])
-    mirrors = [*folder.glob(f"test_{stem}.py"), *folder.glob(f"test_{stem}_*.py")]
-    files = sorted(
-        path for one in map(Path, area.tests) for path in ([one] if one.is_file() else one.rglob("test_*.py"))
-    )
-    names = re.compile(rf"{re.escape(module)}\b|from {re.escape(package)} import .*\b{stem}\b")
-    importers = [path for path in files if names.search(path.read_text("utf-8"))]
-    inside = [path for path in files if path.parent == folder]
-    return tuple(dict.fromkeys(str(path) for path in (*sorted(mirrors), *area.whole, *importers, *inside)))

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tests.mutation.areas import Area, read_areas
-from tests.mutation.near import near_tests
+from tests.mutation.areas import Area, near_tests, read_areas
 from tests.mutation.results import (
     KILLED,
     LATE,

@@ -41,7 +41,7 @@ def verify(*arguments: object) -> int:
     [
         ([ACCEPTED, "--no-lock"], Exit.SUCCESS),
         ([REJECTED, "--no-lock"], Exit.REJECTED),
-        ([NEEDS_THE_SOLVER, "--no-lock", "--rlimit", "300"], Exit.UNDECIDED),
+        ([NEEDS_THE_SOLVER, "--no-lock", "--rlimit", "100"], Exit.UNDECIDED),
         ([ACCEPTED, "--check"], Exit.REJECTED),
     ],
     ids=["proved", "rejected", "undecided", "no certificate"],
