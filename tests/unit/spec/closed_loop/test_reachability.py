@@ -172,7 +172,7 @@ def test_a_goal_that_a_composition_may_leave_true_or_false_is_not_within_reach()
     ("text", "levels"), [("fill_level > 0.5", {0.75}), ("fill_level > 1", {0.25, 0.5, 0.75, 1})]
 )
 def test_a_run_starts_only_where_the_definitions_agree_with_its_start(text: str, levels: set[float]) -> None:
-    """Where no level agrees, `initial` contradicts the definition, and all of them are shown."""
+    """If no level agrees, `initial` contradicts the definition, and all levels are shown."""
     pursued = replace(
         task("cook", ("cook",), COOKED, COOKING),
         initial={COOKED: False, WRAPPED: True},

@@ -66,7 +66,7 @@ def claims(
 
 
 _LINES: list[str] = []
-"""What the claims of one test report."""
+"""Lines that the claims of one test report."""
 
 
 @pytest.fixture(autouse=True)

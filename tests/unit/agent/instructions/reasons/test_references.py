@@ -37,6 +37,6 @@ def test_it_is_what_the_reason_names(text: str, task: str) -> None:
         "the table upstairs is dirty. clean it",
     ],
 )
-def test_it_is_refused_beside_another_thing(text: str) -> None:
+def test_the_word_it_is_refused_after_a_thing_that_is_named_beside_another(text: str) -> None:
     with pytest.raises(InstructionError):
         understand(text, parametric_modules())
